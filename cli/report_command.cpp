@@ -61,10 +61,9 @@ report::RunData sealed_data(const Product& product, const std::string& run, bool
   report::RunData data = run_data(product, run);
   if (!truth.differs.empty()) {
     data.truth.reset();
-    data.outline.reset();
     for (report::LayerRow& row : data.layers) {
       row.truth.reset();
-      row.outline.reset();
+      row.true_outline.reset();
     }
     if (data.ice) {
       data.ice->field.reset();

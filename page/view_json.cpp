@@ -33,6 +33,7 @@ Json as_json(const LayerRow& r) {
           {"max_um", number(r.max_um)},
           {"overspill_percent", number(r.outline.overspill * kShownPercent)},
           {"missing_percent", number(r.outline.missing * kShownPercent)},
+          {"first_ring_um", number(r.outline.first_ring_mm * kShownUm)},
           {"edge_width_um", number(r.outline.edge_width_mm * kShownUm)},
           {"size_x_um", number(r.outline.size_error_x_mm * kShownUm)},
           {"size_y_um", number(r.outline.size_error_y_mm * kShownUm)},

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Gives every command of README.md and docs/ as a new user would: page by page, on an empty Debian 12 after ./firn demo.
 
-    scripts/try_docs.py [PAGE]... [--machine FOLDER] [--cold] [--limit S] [--test]
+    scripts/try_docs.py [PAGE]... [--machine FOLDER] [--kept FOLDER] [--at FOLDER] [--cold] [--limit S] [--test]
     scripts/try_docs.py --list [PAGE]...
 
 Prints a row of CSV for each command: page, line, command, exit code, seconds, processor seconds (on a busy computer half of them
@@ -10,6 +10,9 @@ afterwards, and what is wrong. Exits with 1 if a command ended otherwise than it
 page says, with 3 where no fresh machine can be had. scripts/doc_commands.py says what counts as a command, and which are left out.
 
 --machine FOLDER   an empty Debian 12, made there unless it is there (scripts/fresh_machine.sh); a copy of it is used
+--kept FOLDER      the machine itself, which stays: pages are tried on it one by one, after one ./firn demo. It shows no more
+                   what a command installs that an earlier one installed
+--at FOLDER        of the clone in the machine: this clone's own folder, and its compiler cache serves without -g too
 --cold             without this machine's compiler cache: what a new user waits for
 --limit S          seconds for one command (default 1800)
 --test             ./firn test too, at the end
@@ -37,7 +40,7 @@ from doc_commands import A_RUN, commands_of  # noqa: E402
 
 FRESH = ROOT / "scripts" / "fresh_machine.sh"
 HOME = "/root"  # of the machine
-INSIDE = f"{HOME}/firn"  # as .ci/run has it, so that the compiler's cache serves both
+INSIDE = f"{HOME}/firn"  # unless --at; as .ci/run has it, so that the compiler's cache serves both
 COLUMNS = ("page", "line", "command", "exit", "seconds", "cpu_s", "packages", "downloaded_MB", "build_MB", "machine_MB", "wrong")
 ONCE = re.compile(r"\./firn (demo|compare|reproduce)\b(?!.*RUN)")  # the same on every page
 SERVES = re.compile(r"\./firn view|python3 \S*fake_lab\.py")        # until somebody ends it
@@ -176,9 +179,9 @@ class Reader:
 def inside(arguments):
     """On the fresh machine, where ./firn demo has run."""
     rows = csv.writer(sys.stdout)
-    reader = Reader(INSIDE, arguments.limit, rows)
+    reader = Reader(arguments.at, arguments.limit, rows)
     reader.given.add("./firn demo")
-    pages = commands_of(Path(INSIDE), arguments.pages)
+    pages = commands_of(Path(arguments.at), arguments.pages)
     wrong = sum(reader.page(page, commands) for page, commands in pages.items())
     if arguments.test:
         wrong += not reader.run("README.md", 0, "FIRN_ALLOW_SKIP=network-namespace ./firn test", (0,))
@@ -190,13 +193,18 @@ def compiler_cache():
     return ["--bind", str(folder), "/var/cache/ccache"] if folder and folder.is_dir() else []
 
 
-def first_row(machine, binds, environment):
+def within(machine, folder):
+    """@returns a machine's folder as this one sees it."""
+    return machine / folder.lstrip("/")
+
+
+def first_row(machine, at, binds, environment):
     """./firn demo as the machine's first command; python, which counts, comes with it."""
     size = folder_mb(machine)
     listed = ["dpkg-query", "--root", str(machine), "-W", "-f=${Package}\n"]
     before, used_s, began = set(output(*listed).split()), cpu_s(), time.monotonic()
     with tempfile.TemporaryFile("w+") as log:
-        status = subprocess.run([FRESH, "run", machine, *binds, "--", f"{INSIDE}/firn", "demo"], env=environment, stdout=log, stderr=log,
+        status = subprocess.run([FRESH, "run", machine, *binds, "--", f"{at}/firn", "demo"], env=environment, stdout=log, stderr=log,
                                 check=False).returncode
         log.seek(0)
         said = log.read()
@@ -208,37 +216,50 @@ def first_row(machine, binds, environment):
         capture_output=True, text=True, check=False).stdout, re.M))
     lists_mb = folder_mb(Path(machine, "var/lib/apt/lists"))
     csv.writer(sys.stdout).writerow(("README.md", 0, "./firn demo", status, f"{took:.1f}", f"{used_s:.1f}", " ".join(sorted(added)), f"{bytes_ / MB:.0f}",
-                                     folder_mb(Path(machine, "root/firn/build")), folder_mb(machine),
+                                     folder_mb(within(machine, at) / "build"), folder_mb(machine),
                                      "" if status in (0, 4) else "the first command failed"))
     print(f"try_docs: before it the machine had {size} MB; apt's lists are {lists_mb} MB", file=sys.stderr, flush=True)
     if status not in (0, 4):
         print(said[-4000:], file=sys.stderr)
-    return Path(machine, "root/firn/build/bin/firn-demo").is_file()  # a busy computer may stop a print: the rest can be tried
+    return (within(machine, at) / "build/bin/firn-demo").is_file()  # a busy computer may stop a print: the rest can be tried
+
+
+def take_machine(machine, empty):
+    """@returns 0, or the exit code where no fresh machine can be had."""
+    if not empty:
+        empty = Path(tempfile.mkdtemp(prefix="firn-empty.", dir=os.environ.get("TMPDIR", "/var/tmp"))) / "debian"
+    if not empty.is_dir() and (made := subprocess.run([FRESH, "make", empty], check=False).returncode):
+        return made
+    machine.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["cp", "-a", f"{empty}/.", machine], check=True)
+    machine.chmod(0o755)
+    return 0
 
 
 def outside(arguments):
-    empty = arguments.machine
-    if empty and not empty.is_dir() or not empty:
-        empty = empty or Path(tempfile.mkdtemp(prefix="firn-empty.", dir=os.environ.get("TMPDIR", "/var/tmp"))) / "debian"
-        made = subprocess.run([FRESH, "make", empty], check=False).returncode
-        if made:
-            return made
-    machine = Path(tempfile.mkdtemp(prefix="firn-docs.", dir=os.environ.get("TMPDIR", "/var/tmp")))
+    machine = arguments.kept or Path(tempfile.mkdtemp(prefix="firn-docs.", dir=os.environ.get("TMPDIR", "/var/tmp")))
+    clone = within(machine, arguments.at)
+    known = clone.is_dir()
     try:
-        subprocess.run(["cp", "-a", f"{empty}/.", machine], check=True)
-        machine.chmod(0o755)
-        subprocess.run(["git", "clone", "-q", "--no-local", ROOT, f"{machine}{INSIDE}"], check=True)
+        if known:
+            subprocess.run(["git", "-C", clone, "fetch", "-q", ROOT, "HEAD"], check=True)
+            subprocess.run(["git", "-C", clone, "reset", "-q", "--hard", "FETCH_HEAD"], check=True)
+        else:
+            if refused := take_machine(machine, arguments.machine):
+                return refused
+            subprocess.run(["git", "clone", "-q", "--no-local", ROOT, clone], check=True)
         environment, binds = dict(os.environ), [] if arguments.cold else compiler_cache()
         if binds:
             environment["CCACHE_DIR"] = "/var/cache/ccache"
         csv.writer(sys.stdout).writerow(COLUMNS)
-        if not first_row(machine, binds, environment):
+        if not known and not first_row(machine, arguments.at, binds, environment):
             return 1
-        return subprocess.run([FRESH, "run", machine, *binds, "--", "python3", "-B", f"{INSIDE}/scripts/try_docs.py", "--inside",
-                               "--limit", str(arguments.limit), *(["--test"] if arguments.test else []), *arguments.pages],
+        return subprocess.run([FRESH, "run", machine, *binds, "--", "python3", "-B", f"{arguments.at}/scripts/try_docs.py", "--inside",
+                               "--at", arguments.at, "--limit", str(arguments.limit), *(["--test"] if arguments.test else []), *arguments.pages],
                               env=environment, check=False).returncode
     finally:
-        shutil.rmtree(machine, ignore_errors=True)
+        if not arguments.kept:
+            shutil.rmtree(machine, ignore_errors=True)
 
 
 def list_commands(pages):
@@ -253,6 +274,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pages", nargs="*", metavar="PAGE")
     parser.add_argument("--machine", type=Path)
+    parser.add_argument("--kept", type=Path)
+    parser.add_argument("--at", default=INSIDE)
     parser.add_argument("--cold", action="store_true")
     parser.add_argument("--limit", type=float, default=1800)
     parser.add_argument("--test", action="store_true")

@@ -26,32 +26,36 @@ struct OutlineStats {
   bool cut = false;  ///< the surface reaches the level at the border of its map: the part may be wider
 };
 
-/// Name, unit and meaning of a value, as every table, file and page has it.
+/// Name, unit, words and meaning of a value, as every table, file and page has it.
 struct OutlineMetric {
-  std::string_view name, unit, meaning;
+  std::string_view name, unit;
+  std::string_view words;  ///< for a column or a line that people read: "size error x"
+  std::string_view meaning;
   double OutlineStats::*value;
   double factor;  ///< from the value's own unit to that of the name
   int decimals;
 };
 
 inline constexpr OutlineMetric kOutlineMetrics[] = {
-    {"overspill_pct", "%", "volume beside the part, of the part's volume", &OutlineStats::overspill, 1e2, 2},
-    {"missing_pct", "%", "volume missing inside the part, of the part's volume", &OutlineStats::missing, 1e2,
-     2},
-    {"misplaced_pct", "%", "volume beside the part and missing inside it, of the part's volume",
-     &OutlineStats::misplaced, 1e2, 2},
-    {"first_ring_um", "um", "mean height of the cells beside the part", &OutlineStats::first_ring_mm, 1e3, 1},
-    {"size_x_um", "um", "error of the part's width along x at half height", &OutlineStats::size_error_x_mm,
-     1e3, 1},
-    {"size_y_um", "um", "error of the part's width along y at half height", &OutlineStats::size_error_y_mm,
-     1e3, 1},
-    {"edge_width_um", "um", "width of the part's edge from 10 to 90 % of its height",
+    {"overspill_pct", "%", "overspill", "volume beside the part, of the part's volume",
+     &OutlineStats::overspill, 1e2, 2},
+    {"missing_pct", "%", "missing inside", "volume missing inside the part, of the part's volume",
+     &OutlineStats::missing, 1e2, 2},
+    {"misplaced_pct", "%", "misplaced",
+     "volume beside the part and missing inside it, of the part's volume", &OutlineStats::misplaced, 1e2, 2},
+    {"first_ring_um", "um", "first ring", "mean height of the cells beside the part",
+     &OutlineStats::first_ring_mm, 1e3, 1},
+    {"size_x_um", "um", "size error x", "error of the part's width along x at half height",
+     &OutlineStats::size_error_x_mm, 1e3, 1},
+    {"size_y_um", "um", "size error y", "error of the part's width along y at half height",
+     &OutlineStats::size_error_y_mm, 1e3, 1},
+    {"edge_width_um", "um", "edge width", "width of the part's edge from 10 to 90 % of its height",
      &OutlineStats::edge_width_mm, 1e3, 1},
-    {"corner_radius_um", "um", "radius of the outline's convex corners at half height",
+    {"corner_radius_um", "um", "corner radius", "radius of the outline's convex corners at half height",
      &OutlineStats::corner_radius_mm, 1e3, 1},
-    {"part_rms_um", "um", "RMS of the surface about the target over the whole part", &OutlineStats::rms_mm,
-     1e3, 3},
-    {"inside_rms_um", "um",
+    {"part_rms_um", "um", "RMS of the part", "RMS of the surface about the target over the whole part",
+     &OutlineStats::rms_mm, 1e3, 3},
+    {"inside_rms_um", "um", "RMS inside",
      "RMS of the surface about the target over the cells whose eight neighbours belong to the part",
      &OutlineStats::rms_inside_mm, 1e3, 3},
 };

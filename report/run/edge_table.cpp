@@ -11,11 +11,8 @@
 namespace firn::report {
 namespace {
 
-// "edge width [um]" of "edge_width_um".
 std::string head_of(const OutlineMetric& m) {
-  std::string words(m.name.substr(0, m.name.rfind('_')));
-  std::ranges::replace(words, '_', ' ');
-  return "<span title=\"" + escape_html(std::string(m.meaning)) + "\">" + words + " [" +
+  return "<span title=\"" + escape_html(std::string(m.meaning)) + "\">" + std::string(m.words) + " [" +
          (m.unit == "um" ? "µm" : std::string(m.unit)) + "]</span>";
 }
 
@@ -30,11 +27,13 @@ std::vector<std::string> values_of(const OutlineStats& o) {
 std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
   std::vector<std::string> head{"run", "of"};
   for (const OutlineMetric& m : kOutlineMetrics) head.push_back(head_of(m));
-  for (const char* what : {"print time [s]", "passes", "stage runs", "droplets"}) head.emplace_back(what);
+  const std::string amount = runs.empty() ? "droplets" : std::string(runs.front().data.words.amount);
+  for (const std::string& what : {std::string("print time [s]"), std::string("passes"), std::string("stage runs"), amount})
+    head.push_back(what);
   std::string rows;
   for (std::size_t n = 0; n < runs.size(); ++n) {
     const std::vector<LayerRow>& layers = runs[n].data.layers;
-    if (layers.empty() || !layers.back().measured) continue;  // lines and paths have other measures
+    if (layers.empty()) continue;
     const LayerRow& last = layers.back();
     const int passes = std::accumulate(layers.begin(), layers.end(), 0,
                                        [](int sum, const LayerRow& l) { return sum + l.passes; });
@@ -47,15 +46,17 @@ std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std
       std::vector<std::string> cells{escape_html(names[n]), of};
       for (std::string& v : values_of(o)) cells.push_back(std::move(v));
       cells.push_back(costs ? number(last.end_s) : "");
-      cells.push_back(costs ? std::to_string(passes) : "");
-      cells.push_back(costs ? std::to_string(runs_of_stage) +
-                                  (slower ? " (" + std::to_string(slower) + " slower)" : "")
-                            : "");
+      const auto of_stage = [&](int count) {  // a part of paths is counted in no passes
+        return !costs ? "" : count ? std::to_string(count) : "–";
+      };
+      cells.push_back(of_stage(passes));
+      cells.push_back(of_stage(runs_of_stage) +
+                      (costs && slower ? " (" + std::to_string(slower) + " slower)" : ""));
       cells.push_back(costs ? std::to_string(last.drops_total) : "");
       rows += table_row(cells);
     };
-    add("map", *last.measured, true);
-    if (last.outline) add("true surface", *last.outline, false);
+    if (last.measured_outline) add("last map", *last.measured_outline, true);
+    if (last.true_outline) add("true surface", *last.true_outline, !last.measured_outline);
   }
   if (rows.empty()) return "";
   return "<h2>Edge</h2>\n<div class=\"scroll\"><table><thead>\n" + table_row(head, "th") +

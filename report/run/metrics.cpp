@@ -12,11 +12,14 @@
 namespace firn::report {
 namespace {
 
-// Columns of every value of the outline, of the true surface and of the measured map.
+// Columns of every value of the outline, of the true surface and of the measured map. Where the map's border
+// cuts the surface, the size errors are lower bounds.
 std::string outline_names() {
   std::string names;
-  for (const char* of : {"true_", "measured_"})
+  for (const char* of : {"true_", "measured_"}) {
     for (const OutlineMetric& m : kOutlineMetrics) names += "," + (of + std::string(m.name));
+    names += "," + (of + std::string("size_cut"));
+  }
   return names;
 }
 
@@ -28,7 +31,7 @@ std::string outline_values(const std::optional<OutlineStats>& o) {
     std::snprintf(text, sizeof text, ",%.3f", v);
     values += std::isfinite(v) ? text : ",";
   }
-  return values;
+  return values + (!o ? "," : o->cut ? ",1" : ",0");
 }
 
 }  // namespace
@@ -37,11 +40,8 @@ std::string metrics_csv(const RunData& run) {
   std::string s =
       "layer,attempt,map_id,target_mean_um,mean_height_um,mean_error_um,rms_um,std_um,min_error_um,max_error_"
       "um,volume_mm3,"
-      "drops,drops_total,objective_um,iterations,deposit_s,cure_s,scan_s,decide_s,end_s,true_mean_error_um,"
-      "true_rms_um,"
-      "true_std_um,true_max_abs_error_um,overspill_pct,first_ring_um,size_error_x_um,size_error_y_um,size_"
-      "cut,"
-      "rms_inside_um,rms_rim_um,rows_lost,cells_guessed";
+      "drops,drops_total,objective_um,iterations,deposit_s,cure_s,scan_s,decide_s,end_s,"
+      "true_mean_error_um,true_rms_um,true_std_um,true_max_abs_error_um,rms_inside_um,rms_rim_um,rows_lost,cells_guessed";
   s += outline_names() + ",passes\n";
   for (const LayerRow& r : run.layers) {
     char line[8192];  // of twenty doubles, each of up to 314 characters
@@ -61,17 +61,10 @@ std::string metrics_csv(const RunData& run) {
     } else {
       s += ",,,";
     }
-    const OutlineStats o = r.outline.value_or(OutlineStats{});
-    for (const double v :
-         {o.overspill * 100, o.first_ring_mm * 1e3, o.size_error_x_mm * 1e3, o.size_error_y_mm * 1e3}) {
-      std::snprintf(line, sizeof line, ",%.3f", v);
-      s += std::isfinite(v) ? line : ",";
-    }
-    s += !r.outline ? "," : o.cut ? ",1" : ",0";
     std::snprintf(line, sizeof line, ",%.3f,%.3f,%d,%lld", r.rms_inside_mm * 1e3, r.rms_rim_mm * 1e3,
                   r.rows_lost, static_cast<long long>(r.cells_guessed));
     s +=
-        line + outline_values(r.outline) + outline_values(r.measured) + "," + std::to_string(r.passes) + "\n";
+        line + outline_values(r.true_outline) + outline_values(r.measured_outline) + "," + std::to_string(r.passes) + "\n";
   }
   return s;
 }

@@ -93,7 +93,7 @@ void read_truth(const fs::path& run, bool outlined, RunData& data, std::map<std:
     if (height.spec != data.target.spec) return;
     if (const auto row = rows.find(layer); row != rows.end()) {
       row->second.truth = error_stats(height, data.target, data.mask);
-      if (outlined) data.outline = row->second.outline = outline_stats(height, data.target, data.mask);
+      if (outlined) row->second.true_outline = outline_stats(height, data.target, data.mask);
     }
     data.truth = std::move(height);
   });
@@ -137,8 +137,7 @@ void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
     if (const auto row = rows.find(i.layer); row != rows.end() && i.truth)
       row->second.truth = error_stats(*i.truth, data.target, data.mask);
   }
-  data.outline = data.ice->outline;
-  if (!rows.empty()) rows.rbegin()->second.outline = data.outline;
+  if (!rows.empty()) rows.rbegin()->second.true_outline = data.ice->outline;
 }
 
 void measure_part(const HeightMap& target, const Mask& mask, PartIdentity& part) {
@@ -212,14 +211,12 @@ void read_grid_part(const RunRecord& run, bool outlined, RunData& data,
     const auto row = rows.find(m.layer);
     if (const HeightMap height = measured_height_of(m);
         outlined && row != rows.end() && height.spec == data.target.spec)
-      row->second.measured = outline_stats(height, data.target, data.mask);
+      row->second.measured_outline = outline_stats(height, data.target, data.mask);
   });
   run.messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
     if (const auto row = rows.find(m.layer); row != rows.end()) ++row->second.passes;
   });
   read_stage_runs(run, rows);
-  if (outlined && !data.outline && data.height.spec == grid && data.height.size() > 0)
-    data.outline = outline_stats(data.height, data.target, data.mask);
 }
 
 void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {

@@ -17,7 +17,6 @@ namespace firn::report {
 namespace {
 
 constexpr double kMmPerUm = 1e-3;
-constexpr double kPercent = 100.0;
 constexpr int kFirstOfParts = 10;  // column of the result table
 
 const LayerRow* last(const RunData& r) { return r.layers.empty() ? nullptr : &r.layers.back(); }
@@ -37,6 +36,21 @@ std::vector<std::string> labels(const std::vector<ReportRun>& runs) {
 std::string sizes(const OutlineStats& o, const HeightUnit& unit) {
   return (o.cut ? "≥ " : "") + number(o.size_error_x_mm * unit.per_mm) + ", " +
          number(o.size_error_y_mm * unit.per_mm);
+}
+
+// The outline of the last map, as result.json and the terminal tell it; a file of an older program lacks it.
+OutlineStats measured_outline(const RunData& r) {
+  if (const LayerRow* l = last(r); l && l->measured_outline) return *l->measured_outline;
+  return r.result && r.result->outline ? *r.result->outline : OutlineStats{};
+}
+
+OutlineStats true_outline(const RunData& r) {
+  const LayerRow* l = last(r);
+  return l && l->true_outline ? *l->true_outline : OutlineStats{};
+}
+
+bool is_told(const OutlineStats& o) {
+  return std::ranges::any_of(kOutlineMetrics, [&](const OutlineMetric& m) { return std::isfinite(o.*m.value); });
 }
 
 // That of the runs' labs; um where they differ.
@@ -78,7 +92,17 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
   const bool lines = std::ranges::all_of(runs, [](const ReportRun& r) { return r.data.lab == &kLineReport; });
   // Columns of parts that have an area; lines have their own table.
   const HeightUnit unit = unit_of_all(runs);
+  // All runs are shown by the surface that the print was judged by. Along paths no map tells the outline.
+  const auto told_by = [&](auto outline) {
+    return std::ranges::any_of(runs, [&](const ReportRun& r) { return is_told(outline(r.data)); });
+  };
+  const bool of_truth = !told_by(measured_outline) && told_by(true_outline);
   const auto of = [&](const char* what) { return std::string(what) + " [" + unit.name + "]"; };
+  const auto edge = [&](std::string_view name, const std::string& words = "") {
+    const OutlineMetric& m = outline_metric(name);
+    return (of_truth ? "true " : "") + (words.empty() ? std::string(m.words) : words) + " [" +
+           (m.unit == "um" ? unit.name : std::string(m.unit)) + "]";
+  };
   const auto without_parts = [&](std::vector<std::string> cells) {
     if (lines) cells.erase(cells.begin() + kFirstOfParts, cells.begin() + kFirstOfParts + 3);
     return cells;
@@ -87,8 +111,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
       "<div class=\"scroll\"><table><thead>\n" +
       table_row(without_parts({"run", "layers", amount_name(runs), of("mean error"), of("RMS"),
                                of("RMS inside, rim"), of("min, max"), "volume [mm³]", of("true RMS"),
-                               of("largest true error"), "overspill [%]", of("first ring"),
-                               of("size error x, y"), "print time [s]", "outcome", "replay"}),
+                               of("largest true error"), edge("overspill_pct"),
+                               edge("first_ring_um"), edge("size_x_um", "size error x, y"), "print time [s]", "outcome", "replay"}),
                 "th") +
       "</thead><tbody>\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {
@@ -97,7 +121,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
     const LayerRow none;
     const auto height = [&](double mm) { return l ? number(mm * unit.per_mm) : std::string("–"); };
     const LayerRow& v = l ? *l : none;
-    const OutlineStats o = r.outline.value_or(OutlineStats{});
+    const OutlineStats o = of_truth ? true_outline(r) : measured_outline(r);
+    const OutlineMetric& overspill = outline_metric("overspill_pct");
     const std::string& verdict = runs[n].verdict;
     runs::RunResult result = r.result.value_or(runs::RunResult{});
     if (!r.result) result.outcome = "not ended";
@@ -113,7 +138,7 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
          height(v.min_error_mm) + ", " + height(v.max_error_mm), l ? number(v.volume_mm3) : "–",
          v.truth ? height(v.truth->rms_mm) : "–",
          v.truth ? height(std::max(-v.truth->min_mm, v.truth->max_mm)) : "–",
-         number(result.overspill_percent.value_or(o.overspill * kPercent)),
+         number(o.*overspill.value * overspill.factor),
          number(o.first_ring_mm * unit.per_mm), sizes(o, unit), l ? number(v.end_s) : "–",
          "<span title=\"" + escape_html(for_people(result.reason)) + "\">" + escape_html(result.outcome) +
              "</span>",
@@ -127,13 +152,11 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
            "lines' middles. The profiler's spot "
            "sees a line lower than it is; the true errors are without that.</p>\n";
   return s +
-         "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells inside the part. Overspill is "
-         "the "
-         "volume beside the part over the part's, of the last map (of ice, of the true surface); the first "
-         "ring the mean height of the cells that share a side with it, the size error the width at half "
-         "height "
-         "less the target's: of the true surface if a simulated world told it, else of the last map, on the "
-         "grid's cells; of ice, of part and scaffold together.</p>\n";
+         "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells inside the part. Columns named "
+         "<i>true</i> are of the surface that a simulated world told, all others of the last map. Overspill "
+         "is the volume beside the part over the part's; the first ring the mean height of the cells that "
+         "share a side with it, the size error the width at half height less the target's, on the grid's "
+         "cells; of ice, of part and scaffold together.</p>\n";
 }
 
 // A sentence a part.

@@ -13,19 +13,21 @@ namespace {
 
 constexpr double kPercent = 100.0, kUm = 1e3;  // per mm
 
-// "edge: 0.21 mm wide from 10 to 90 % of the height; size error 0.44 mm along x, ..."; empty: not known.
+// "edge of the measured surface: 0.21 mm wide from 10 to 90 % of the height; size error 0.44 mm along x, ...";
+// empty: not known.
 std::string edge_words(const OutlineStats& o, const LabWords& lab) {
   const auto length = [&](double mm) {
     return (std::signbit(mm) ? "-" : "") + lab.length(std::abs(mm) * kUm);
   };
   std::string text;
   const auto add = [&](double mm, const std::string& words) {
-    if (std::isfinite(mm)) text += (text.empty() ? "edge: " : "; ") + words;
+    if (std::isfinite(mm)) text += (text.empty() ? "edge of the measured surface: " : "; ") + words;
   };
   add(o.edge_width_mm, length(o.edge_width_mm) + " wide from 10 to 90 % of the height");
   if (std::isfinite(o.size_error_y_mm))
     add(o.size_error_x_mm,
         "size error " + length(o.size_error_x_mm) + " along x, " + length(o.size_error_y_mm) + " along y");
+  add(o.first_ring_mm, "first ring " + length(o.first_ring_mm) + " high");
   add(o.corner_radius_mm, "corners of radius " + length(o.corner_radius_mm));
   return text.empty() ? "" : text + "\n";
 }
@@ -65,7 +67,8 @@ std::string result_lines(const RunResult& r, const LabWords& lab) {
                           lab.length(e->rms_rim_um));
   }
   if (r.overspill_percent) {
-    text += "overspill: " + for_people(*r.overspill_percent) + " % of the part's volume lies beside it";
+    text += "overspill of the measured surface: " + for_people(*r.overspill_percent) +
+            " % of the part's volume lies beside it";
     if (r.outline && std::isfinite(r.outline->missing))
       text += ", " + for_people(r.outline->missing * kPercent) + " % is missing inside";
     text += "\n";

@@ -7,6 +7,7 @@
 #include "core/grid/outline.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
+#include "print/folder/run_report.h"
 #include "print/labs/full_product.h"
 #include "print/print_judge.h"
 #include "runs/folder/verdict.h"
@@ -156,8 +157,9 @@ TEST_CASE("A print tells its missing volume beside its overspill, and what is kn
   r.outline->missing = 0.00521;
   r.outline->edge_width_mm = 0.2124;
   CHECK_THAT(result_lines(r, lab_words("inkjet")),
-             Contains("overspill: 9.25 % of the part's volume lies beside it, 0.521 % is missing inside\n"
-                      "edge: 212 um wide from 10 to 90 % of the height\n"));
+             Contains("overspill of the measured surface: 9.25 % of the part's volume lies beside it, 0.521 % is "
+                      "missing inside\n"
+                      "edge of the measured surface: 212 um wide from 10 to 90 % of the height\n"));
   r.outline->size_error_x_mm = 0.441;
   r.outline->size_error_y_mm = -0.0312;
   r.outline->corner_radius_mm = 0.09;
@@ -179,7 +181,7 @@ TEST_CASE("Ice is told in mm and pulses, the ink-jet in um and droplets, both in
         "part: mesh gear.stl, 30.1 x 30 x 7.2 mm\n"
         "measured surface against the nominal height: mean +0 mm, RMS 0.117 mm, std 0 mm\n"
         "RMS inside 0.109 mm, on the rim 0.14 mm\n"
-        "overspill: 9.25 % of the part's volume lies beside it\n"
+        "overspill of the measured surface: 9.25 % of the part's volume lies beside it\n"
         "audit: clean\n");
   CHECK(verdict_words(r, lab_words("ice")) ==
         "within tolerance: RMS 0.117 mm of the last map, at most 0.24 mm");
@@ -234,6 +236,15 @@ TEST_CASE(
   CHECK(1e3 * mpc.result.outline->rms_inside_mm == Approx(mpc.result.error->rms_inside_um));
   CHECK(mpc.result.audit == "clean");
   CHECK(mpc.result.status == kOk);
+  // A report judges the edge by the same map.
+  const report::RunData reported = run_data(full_product(), mpc.folder);
+  REQUIRE(reported.layers.back().measured_outline);
+  for (const OutlineMetric& m : kOutlineMetrics) {
+    CAPTURE(m.name);
+    const double told = (*mpc.result.outline).*m.value;
+    const double shown = (*reported.layers.back().measured_outline).*m.value;
+    CHECK((told == shown || (std::isnan(told) && std::isnan(shown))));
+  }
 }
 
 TEST_CASE("A print of lines, which fade beside their middle, tells a size and no overspill") {

@@ -2,13 +2,17 @@
 // own.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <set>
 
+#include "core/grid/outline.h"
 #include "core/grid/random.h"
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
+#include "report/run/edge_table.h"
 #include "report/run/report_lab.h"
 #include "report/run/report_page.h"
 #include "tests/report/markup.h"
@@ -59,6 +63,67 @@ std::vector<const Element*> drawings(const Element& page, const std::string& tit
 
 std::size_t at(const std::vector<std::string>& names, const std::string& name) {
   return std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+// What the first table of results says of the only run of a page, by its column.
+std::map<std::string, std::string> first_row(const RunData& run) {
+  const Element page = parse_markup(report::report_page({{run, ""}}, {}));
+  for (const Element* table : page.all("table")) {
+    const auto rows = table_rows(*table);
+    if (std::ranges::find(rows[0], "mean error [µm]") == rows[0].end()) continue;
+    std::map<std::string, std::string> cells;
+    for (std::size_t c = 0; c < rows[0].size(); ++c) cells[rows[0][c]] = rows[1].at(c);
+    return cells;
+  }
+  return {};
+}
+
+OutlineStats an_outline(double overspill, double ring_mm, double size_mm) {
+  OutlineStats o;
+  o.overspill = overspill;
+  o.first_ring_mm = ring_mm;
+  o.size_error_x_mm = size_mm;
+  o.size_error_y_mm = 2.0 * size_mm;
+  return o;
+}
+
+TEST_CASE("The first table tells the edge of the last map, whatever the true surface is like") {
+  RunData run = made_run("mpc", "disc", 0.4, 0.001, 3);
+  run.layers.back().measured_outline = an_outline(0.09, 0.2, 0.45);
+  run.layers.back().true_outline = an_outline(0.07, 0.1, 0.44);
+  auto row = first_row(run);
+  CHECK(row["overspill [%]"] == "9");
+  CHECK(row["first ring [µm]"] == "200");
+  CHECK(row["size error x, y [µm]"] == "450, 900");
+  CHECK_FALSE(row.contains("true overspill [%]"));
+  run.layers.back().measured_outline->cut = true;
+  CHECK(first_row(run)["size error x, y [µm]"] == "≥ 450, 900");
+}
+
+TEST_CASE("An edge that no map tells is shown as that of the true surface, and says so") {
+  RunData run = made_run("smf", "disc", 0.4, 0.001, 3);
+  run.layers.back().true_outline = an_outline(0.07, 0.1, 0.44);
+  auto row = first_row(run);
+  CHECK(row["true overspill [%]"] == "7");
+  CHECK(row["true first ring [µm]"] == "100");
+  CHECK(row["true size error x, y [µm]"] == "440, 880");
+  CHECK_FALSE(row.contains("overspill [%]"));
+}
+
+TEST_CASE("The table of edges names the surface of each row, and has one for a part without maps of its edge") {
+  RunData run = made_run("smf", "disc", 0.4, 0.001, 3);
+  const std::vector<ReportRun> true_only{{run, ""}};
+  CHECK(report::edge_table(true_only, {"smf"}).empty());
+  run.layers.back().true_outline = an_outline(0.07, 0.1, 0.44);
+  const auto rows = [](const RunData& r) {
+    return table_rows(parse_markup(report::edge_table({{r, ""}}, {"smf"})).only("table"));
+  };
+  REQUIRE(rows(run).size() == 2);
+  CHECK(rows(run)[1][1] == "true surface");
+  run.layers.back().measured_outline = an_outline(0.09, 0.2, 0.45);
+  REQUIRE(rows(run).size() == 3);
+  CHECK((rows(run)[1][1] == "last map" && rows(run)[1][2] == "9"));
+  CHECK((rows(run)[2][1] == "true surface" && rows(run)[2][2] == "7"));
 }
 
 TEST_CASE("The camera has a phase in the time per layer of runs with pictures, and none in others") {

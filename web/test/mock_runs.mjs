@@ -160,7 +160,7 @@ export class MockRun {
   ended() {
     const {verdict, within, part} = this.result();
     return verdict && {outcome: this.outcome, words: `${this.outcome}: the last layer is printed`, cause: null, do: null, manual: null, by_operator: false, verdict, within,
-                       facts: [`part: ${part}`, "RMS inside 1.2, on the rim 2.3", "overspill: 9.25 % of the part's volume lie beside it", "audit: clean"]};
+                       facts: [`part: ${part}`, "RMS inside 1.2, on the rim 2.3", "overspill of the measured surface: 9.25 % of the part's volume lies beside it", "audit: clean"]};
   }
 
   summary() {

@@ -78,8 +78,9 @@ export interface Layer {
   rms_um: number | null;
   mean_um: number | null;
   max_um: number | null;
-  overspill_percent: number | null;
-  missing_percent?: number | null;  // of the part's volume
+  overspill_percent: number | null;  // this and the next five: of the measured surface
+  missing_percent?: number | null;   // of the part's volume
+  first_ring_um?: number | null;     // mean height of the cells beside the part
   edge_width_um?: number | null;    // from 10 to 90 % of the height
   size_x_um?: number | null;        // error of the width at half height
   size_y_um?: number | null;

@@ -16,13 +16,15 @@ export function Now({session}: {session: Session}) {
   return html`
     <section class=${"panel now" + (session.stale && !session.connecting ? " stale" : "")} aria-labelledby="now-title">
       <h2 id="now-title">${view.layer == null && session.live ? "Now" : `Layer ${view.shown_layer}`}</h2>
+      ${layer?.rms_um != null && html`<p class="soft">Errors and edge are those of the measured surface.</p>`}
       <dl class="numbers">
         <${Value} name="RMS error" value=${in_height_unit(layer?.rms_um, session.height_unit)} unit=${session.height_unit} trend=${trend(session, "rms_um")} />
         <${Value} name="Mean error" value=${in_height_unit(layer?.mean_um, session.height_unit)} unit=${session.height_unit} trend=${trend(session, "mean_um")} />
         <${Value} name="Largest error" value=${in_height_unit(layer?.max_um, session.height_unit)} unit=${session.height_unit} />
         ${layer?.overspill_percent != null && html`<${Value} name="Overspill" value=${layer.overspill_percent} unit="percent" />`}
         ${layer?.missing_percent != null && html`<${Value} name="Missing inside" value=${layer.missing_percent} unit="percent" />`}
-        ${layer?.edge_width_um != null && html`<${Value} name="Edge width" value=${in_height_unit(layer.edge_width_um, session.height_unit)} unit=${session.height_unit} />`}
+        ${kEdge.map(([name, key]) => layer?.[key] != null && html`
+          <${Value} key=${key} name=${name} value=${in_height_unit(layer[key], session.height_unit)} unit=${session.height_unit} />`)}
         ${layer?.droplets != null && html`<${Value} name=${capital(session.hello.run.amount ?? "droplets")} value=${layer.droplets} />`}
         ${layer?.decision_ms != null && html`<${Value} name="Decision took" value=${layer.decision_ms} unit="ms" />`}
         ${newest && state?.flow && html`<${Value} name="Flow" value=${state.flow.value} unit=${state.flow.unit}
@@ -36,6 +38,10 @@ export function Now({session}: {session: Session}) {
       ${session.live && html`<${Ages} session=${session} />`}
     </section>`;
 }
+
+// Of a part with an outline; the report has the same words.
+const kEdge: [string, "first_ring_um" | "size_x_um" | "size_y_um" | "edge_width_um"][] = [["First ring", "first_ring_um"],
+  ["Size error x", "size_x_um"], ["Size error y", "size_y_um"], ["Edge width", "edge_width_um"]];
 
 function words_of(name: string): string {
   if (name === "words") return "Interval";

@@ -13,6 +13,7 @@ import {kThumbnailWords, Thumbnail} from "./thumbnail";
 
 const kColumns: [SortKey, string][] = [["label", "Run"], ["started_utc", "Started (UTC)"], ["lab", "Lab"], ["scheme", "Scheme"],
   ["layers", "Layers"], ["outcome", "End and verdict"], ["rms_um", "RMS"], ["overspill_percent", "Overspill, %"]];
+const kOfMap = "RMS and overspill are those of the last measured surface";
 const kRowsAtOnce = 60;
 const kAsk_ms = 250;  // after the last letter of a condition
 
@@ -52,7 +53,7 @@ export function Runs() {
         ${view.chosen.length > 0 && html`<${ReportLink} runs=${view.chosen} />`}
       </div>
       ${asked && answer?.asked === asked && answer.trouble && html`<p class="bad" role="alert">${answer.trouble}</p>`}
-      <p class="soft">${kThumbnailWords}.</p>
+      <p class="soft">${kThumbnailWords}. ${kOfMap}.</p>
       <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table class="stack">
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>
           ${kColumns.map(([column, name]) => html`<th key=${column} scope="col" aria-sort=${column !== key ? "none" : down ? "descending" : "ascending"}>
