@@ -10,7 +10,7 @@ class Search {
  public:
   Search(HorizonObjective& objective, const SearchLimits& limits, RandomStream& random)
       : objective_(objective), limits_(limits), random_(random) {
-    const auto cells = objective.part_cells();
+    const auto cells = objective.moved_cells();
     rank_.assign(objective.grid().size(), kNone);
     for (std::uint32_t n = 0; n < cells.size(); ++n) rank_[cells[n]] = n;
     stale_.assign(cells.size() * std::size_t(objective.horizon()), 1);
@@ -54,7 +54,7 @@ class Search {
       marked_.clear();
       for (std::size_t n = begin; n < end; ++n) {
         std::swap(points_[n], points_[n + below(std::uint32_t(block - n))]);
-        const auto cells = objective_.part_cells();
+        const auto cells = objective_.moved_cells();
         const int layer = int(points_[n] / cells.size());
         const std::uint32_t cell = cells[points_[n] % cells.size()];
         stale_[points_[n]] = 0;
@@ -100,7 +100,7 @@ class Search {
     ++result_.moves;
     const GridSpec& g = objective_.grid();
     const int ci = int(move.cell) % g.nx, cj = int(move.cell) / g.nx, reach = objective_.reach();
-    const std::size_t cells = objective_.part_cells().size();
+    const std::size_t cells = objective_.moved_cells().size();
     for (int j = std::max(cj - reach, 0); j <= std::min(cj + reach, g.ny - 1); ++j)
       for (int i = std::max(ci - reach, 0); i <= std::min(ci + reach, g.nx - 1); ++i) {
         const std::uint32_t rank = rank_[g.index(i, j)];

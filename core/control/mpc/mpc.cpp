@@ -12,6 +12,7 @@
 #include "core/control/mpc/layer/weighted_layer.h"
 #include "core/control/mpc/placed_bound.h"
 #include "core/control/mpc/placed_search.h"
+#include "core/control/mpc/tiled_greedy.h"
 #include "core/control/prediction.h"
 #include "core/control/rim_inset.h"
 #include "core/options/require.h"
@@ -199,8 +200,7 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
     settled = found.settled;
     reached = mpc::reached(options_, found.certified);
   }
-  std::int64_t cells = 0;
-  for (const std::uint8_t in : setup_.mask.cells) cells += in != 0;
+  const std::int64_t cells = part_cells();
   const bool without_bound =
       options_.method == MpcMethod::kCertified && std::size_t(cells) > mpc::kMaxSplitCells;
   if (d.kind == Decision::Kind::kEnd)
@@ -218,6 +218,32 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
                                         : "")
                    : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
   return d;
+}
+
+Decision Mpc::decide_tiled(const Measurement& m, const HeightMap& height) const {
+  Decision d;
+  d.drops = DropletPattern(setup_.grid);
+  d.objective_none_mm = mpc::mean_error_mm(setup_, height, d.drops);
+  mpc::TiledLayer found = mpc::tiled_greedy(setup_, height, options_, m.layer + 1, m.attempt, parallel_);
+  d.iterations = found.evaluations;
+  if (found.objective_mm < d.objective_none_mm - options_.min_improvement_mm - mpc::kMinGain_mm) {
+    d.drops = std::move(found.drops);
+    d.objective_mm = found.objective_mm;
+    d.kind = Decision::Kind::kPrint;
+  }
+  if (d.kind != Decision::Kind::kPrint)
+    end_print(d, "another layer would not improve the surface");
+  else if (!beats_noise(d, part_cells(), m.noise_std_mm, noise_gate_, options_.error))
+    end_print(d, "the best layer would only answer the measurement's noise");
+  else
+    d.reason = found.optimal
+                   ? "no single droplet more or less betters this layer"
+                   : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
+  return d;
+}
+
+std::int64_t Mpc::part_cells() const {
+  return std::ranges::count_if(setup_.mask.cells, [](std::uint8_t in) { return in != 0; });
 }
 
 Decision Mpc::decide_placed(const Measurement& m, const HeightMap& height) {
@@ -276,6 +302,9 @@ Decision Mpc::decide(const Measurement& m) {
   if (placed()) return decide_placed(m, height);
   if (one_layer() && strips() && alpha == 1.0 && !setup_.geometry && setup_.rim.size() == 0)
     return decide_lean(m, height);
+  if (one_layer() && options_.method == MpcMethod::kGreedy && alpha == 1.0 && !setup_.geometry &&
+      setup_.rim.size() == 0 && std::size_t(part_cells()) > mpc::kTiledCells)
+    return decide_tiled(m, height);
   mpc::HorizonObjective& objective = this->objective();
   Decision d;
   d.drops = DropletPattern(setup_.grid);

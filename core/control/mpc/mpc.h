@@ -19,6 +19,7 @@ namespace firn::control {
 /// evaluated whole layers of the object's ink higher. Guard (errata on (8)): std has infinite slope on a flat
 /// surface, so that both all and nothing can be traps; a plan is printed only when it improves on printing
 /// nothing over the same horizon by more than min_improvement_mm and the noise gate, else the print ends.
+/// On a part of more than mpc::kTiledCells cells one layer is searched tile by tile (mpc/tiled_greedy.h).
 /// With places of droplets inside their cells (Setup::offsets) counts and places are decided together, one
 /// layer at a time (mpc/placed_search.h);
 /// kCertified: each cell at the outline chooses among its centre and the place of ControlOptions::rim_inset,
@@ -58,10 +59,13 @@ class Mpc final : public LayerControllerBase {
   // The best of both first guesses without HorizonObjective (mpc/one_layer.h). @pre one_layer(), strips, one
   // ink, alpha 1
   Decision decide_lean(const Measurement& m, const HeightMap& height) const;
+  // By tiles of the grid (mpc/tiled_greedy.h). @pre one_layer(), greedy, one ink, alpha 1
+  Decision decide_tiled(const Measurement& m, const HeightMap& height) const;
+  std::int64_t part_cells() const;
   // With places: mpc/placed_search.h. @pre one_layer(), alpha 1
   Decision decide_placed(const Measurement& m, const HeightMap& height);
   bool placed() const { return setup_.offsets.table.size() > 1; }
-  mpc::HorizonObjective& objective();  // built when first asked for: it takes 160 bytes per cell
+  mpc::HorizonObjective& objective();  // built when first asked for: it takes 250 bytes per cell
   bool strips() const {
     return options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified;
   }

@@ -56,6 +56,12 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, E
   }
 }
 
+void HorizonObjective::move_only(const Mask& cells) {
+  only_.clear();
+  for (const std::uint32_t c : part_)
+    if (cells.cells[c]) only_.push_back(c);
+}
+
 void HorizonObjective::set_surface(const HeightMap& height, double alpha,
                                    std::span<const MaterialMap> materials) {
   cost_.alpha = alpha;

@@ -46,6 +46,10 @@ class HorizonObjective {
 
   const DropletPattern& layer(int n) const { return plan_[std::size_t(n)]; }
   std::span<const std::uint32_t> part_cells() const { return part_; }  ///< cells of the mask, ascending
+  /// Cells whose droplets a search may change, ascending: those of the mask, or of move_only().
+  std::span<const std::uint32_t> moved_cells() const { return only_.empty() ? part_ : only_; }
+  /// Leaves the droplets of all other cells as they are. @pre of the same grid, some cell of the mask
+  void move_only(const Mask& cells);
   /// Moves on cells further apart than this, in x or in y, do not change each other's effect on any height.
   int reach() const { return 2 * int(drops_.size()); }
   const GridSpec& grid() const { return grid_; }
@@ -107,7 +111,7 @@ class HorizonObjective {
   double outside_mm_ = 0.0;                           // price of a mm beside the part, in the sum of squares
   double value_mm_ = 0.0;
   Sums sums_;
-  std::vector<std::uint32_t> part_;
+  std::vector<std::uint32_t> part_, only_;
   std::vector<std::uint32_t> padded_;             // index on the padded grid of each cell
   std::vector<double> target_;                    // padded
   std::vector<std::uint8_t> counts_;              // padded: 1 on the mask
