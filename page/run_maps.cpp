@@ -145,8 +145,16 @@ std::optional<std::vector<std::byte>> RunMaps::planned(int layer) {
   }
   const auto m = decode<layer_plan_t>(bytes);
   if (!m) return std::nullopt;
-  const std::vector<float> drops(m->drops.begin(), m->drops.end());
-  return encode_map(Surface::kPlanned, layer, from_message(m->grid), kMapDroplets, time_s(*m), drops);
+  std::vector<float> values(m->drops.begin(), m->drops.end());
+  const OffsetTable table(experiment_.actuation);
+  const OffsetMap inside = offsets_of(*m);  // without cells: all in the middle
+  const auto known = [&](std::uint8_t place) { return place < table.size(); };  // else the audit names it
+  const bool beside = inside.size() == values.size() && std::ranges::all_of(inside.cells, known);
+  if (beside)
+    for (const double Offset::*axis : {&Offset::x, &Offset::y})
+      for (std::size_t c = 0; c < inside.size(); ++c) values.push_back(float(table[inside.of(c)].*axis));
+  return encode_map(Surface::kPlanned, layer, from_message(m->grid),
+                    kMapDroplets | (beside ? kMapPlaces : 0u), time_s(*m), values);
 }
 
 // The model wants every cell: those that were not measured count as the mean of the others.

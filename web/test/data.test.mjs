@@ -15,7 +15,7 @@ let page;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "firn-web-"));
-  const contents = ["data/hold", "data/maps", "data/run_list", "data/settings", "data/waveform", "data/words", "data/protocol", "draw/solid_geometry", "draw/colours"].map(name => `export * from "./${name}";`).join("\n");
+  const contents = ["data/hold", "data/maps", "data/run_list", "data/settings", "data/waveform", "data/words", "data/protocol", "draw/solid_geometry", "draw/colours", "draw/droplets"].map(name => `export * from "./${name}";`).join("\n");
   await build({stdin: {contents, resolveDir: src, loader: "ts"}, bundle: true, format: "esm", outfile: join(folder, "page.mjs"), logLevel: "warning"});
   page = await import(join(folder, "page.mjs"));
 });
@@ -232,6 +232,32 @@ test("heights are shown in the unit of the run's lab, maps too, but no droplets 
   assert.deepEqual([...page.in_unit(map, "mm").values], [0.5, 1]);
   assert.deepEqual([...page.in_unit(map, "um").values], [500, 1000]);
   for (const flags of [page.kMapDroplets, page.kMapFactor]) assert.deepEqual([...page.in_unit({...map, flags}, "mm").values], [500, 1000]);
+});
+
+/** The frame of a plan on 2 x 1 cells. */
+function plan_frame(flags, values) {
+  const bytes = new ArrayBuffer(32 + 4 * values.length);
+  const view = new DataView(bytes);
+  view.setUint32(0, 0x50414d46, true);
+  view.setUint16(4, page.kMapVersion, true);
+  view.setUint16(6, page.kSurfaces.indexOf("planned"), true);
+  view.setUint32(12, 2, true);
+  view.setUint32(16, 1, true);
+  view.setUint32(20, flags, true);
+  values.forEach((value, i) => view.setFloat32(32 + 4 * i, value, true));
+  return bytes;
+}
+
+test("droplets of a plan are drawn where they land in their cells, y upwards", () => {
+  const places = page.kMapDroplets | page.kMapPlaces;
+  const plan = page.read_map(plan_frame(places, [1, 2, 0.25, 0, -0.375, 0]));
+  assert.deepEqual([...plan.values], [1, 2]);
+  assert.deepEqual(page.dot_at(plan, 0, 0), [0.75, 0.875]);
+  assert.deepEqual(page.dot_at(plan, 1, 0), [1.5, 0.5]);
+  const middle = page.read_map(plan_frame(page.kMapDroplets, [1, 2]));
+  assert.equal(middle.places, undefined);
+  assert.deepEqual(page.dot_at(middle, 1, 0), [1.5, 0.5]);
+  assert.throws(() => page.read_map(plan_frame(places, [1, 2])), /expected 56/);
 });
 
 test("errors have the report's colours: blue too low, orange too high", () => {

@@ -1,6 +1,6 @@
 // Maps of a surface: the binary frame, differences, statistics and scales.
 
-import {kMapDroplets, kMapFactor, kMapHeaderBytes, kMapRows, kMapVersion, kSurfaces, type Grid, type Surface} from "./protocol";
+import {kMapDroplets, kMapFactor, kMapHeaderBytes, kMapPlaces, kMapRows, kMapVersion, kSurfaces, type Grid, type Surface} from "./protocol";
 
 const kMostCells = 1 << 24;
 
@@ -14,6 +14,7 @@ export interface SurfaceMap {
   t_s: number;
   values: Float32Array;
   unit?: string;  // um without it
+  places?: {x: Float32Array; y: Float32Array};  // of droplets in their cells, shares of the pitch from the middle
 }
 
 /** The map in the unit of its lab, where its values are heights. */
@@ -38,17 +39,12 @@ export function read_map(bytes: ArrayBuffer, base: SurfaceMap | null = null): Su
   const layer = view.getUint32(8, true);
   const t_s = view.getFloat64(24, true);
   if (flags & kMapRows) return {surface, layer, nx, ny, flags: flags & ~kMapRows, t_s, values: rows_over(view, base, surface, layer, nx, ny)};
-  if (bytes.byteLength !== kMapHeaderBytes + 4 * nx * ny)
-    throw new Error(`${bytes.byteLength} bytes for ${nx} x ${ny} cells, expected ${kMapHeaderBytes + 4 * nx * ny}`);
-  return {
-    surface,
-    layer,
-    nx,
-    ny,
-    flags,
-    t_s,
-    values: floats(bytes, nx * ny),
-  };
+  const cells = nx * ny;
+  const wanted = kMapHeaderBytes + 4 * cells * (flags & kMapPlaces ? 3 : 1);
+  if (bytes.byteLength !== wanted) throw new Error(`${bytes.byteLength} bytes for ${nx} x ${ny} cells, expected ${wanted}`);
+  const map: SurfaceMap = {surface, layer, nx, ny, flags, t_s, values: floats(bytes, 0, cells)};
+  if (flags & kMapPlaces) map.places = {x: floats(bytes, cells, cells), y: floats(bytes, 2 * cells, cells)};
+  return map;
 }
 
 /** A copy of the base's values, with rows over it: each is its number and its values. */
@@ -65,11 +61,13 @@ function rows_over(view: DataView, base: SurfaceMap | null, surface: Surface, la
   return values;
 }
 
-function floats(bytes: ArrayBuffer, count: number): Float32Array {
+/** `count` numbers behind the first `from`. */
+function floats(bytes: ArrayBuffer, from: number, count: number): Float32Array {
+  const begin = kMapHeaderBytes + 4 * from;
   const little = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
-  if (little) return new Float32Array(bytes, kMapHeaderBytes, count);
+  if (little) return new Float32Array(bytes, begin, count);
   const view = new DataView(bytes);
-  return Float32Array.from({length: count}, (_, i) => view.getFloat32(kMapHeaderBytes + 4 * i, true));
+  return Float32Array.from({length: count}, (_, i) => view.getFloat32(begin + 4 * i, true));
 }
 
 export function pitch_y_mm(grid: Grid): number {

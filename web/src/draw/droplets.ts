@@ -1,4 +1,4 @@
-// Droplets of a plan as dots over a map.
+// Droplets of a plan as dots over a map, each where it lands in its cell.
 
 import type {SurfaceMap} from "../data/maps";
 import {fit, type Placement} from "./map_painter";
@@ -23,6 +23,12 @@ export class DropletPainter {
   }
 }
 
+/** The middle of a cell's dot, in cells from the left and from the top. */
+export function dot_at(plan: SurfaceMap, x: number, y: number): [number, number] {
+  const cell = y * plan.nx + x;
+  return [x + 0.5 + (plan.places?.x[cell] ?? 0), plan.ny - 0.5 - y - (plan.places?.y[cell] ?? 0)];
+}
+
 function paint_dots(context: CanvasRenderingContext2D, pixel: number, plan: SurfaceMap): void {
   context.fillStyle = "#111";
   context.strokeStyle = "#fff";
@@ -32,7 +38,7 @@ function paint_dots(context: CanvasRenderingContext2D, pixel: number, plan: Surf
       const count = plan.values[y * plan.nx + x];
       if (!(count > 0)) continue;
       const radius = Math.max(Math.min(0.5, 0.22 * Math.sqrt(count)) * pixel, 0.4);
-      const [left, top] = [(x + 0.5) * pixel, (plan.ny - 0.5 - y) * pixel];
+      const [left, top] = dot_at(plan, x, y).map(cells => cells * pixel);
       if (pixel < 4) {
         context.fillRect(left - radius, top - radius, 2 * radius, 2 * radius);
         continue;

@@ -21,6 +21,9 @@ export const kMapFactor = 4;
 /** flag: some rows alone, each behind its number as u32 */
 export const kMapRows = 8;
 
+/** flag: behind the values x and then y of the droplets of each cell, shares of the pitch from its middle */
+export const kMapPlaces = 16;
+
 export const kSurfaces = ["measured", "target", "error", "planned", "predicted", "truth"] as const;
 export type Surface = (typeof kSurfaces)[number];
 

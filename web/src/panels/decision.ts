@@ -55,10 +55,18 @@ function plan_words(session: Session, plan: SurfaceMap | null, counted: boolean,
   if (!plan && !session.live && layer === session.last_layer) return "No layer follows this one.";
   if (session.hello.run.deposition === "lines") return "Each line's speed answers its cross-section; flow and shutter are learned on the way.";
   if (!plan) return session.maps.missing("planned", layer) ?? "The plan is loading…";
-  if (counted) return `${number(total, 6)} droplets for layer ${layer + 1}: a dot each, larger for several.`;
+  if (counted) return `${number(total, 6)} droplets for layer ${layer + 1}: a dot each, larger for several${beside_words(plan)}.`;
   const seen = plan.values.filter(Number.isFinite);
   const mean = seen.length ? seen.reduce((sum, value) => sum + value, 0) / seen.length : NaN;
   return `Relative flow u of the next interval, mean ${number(mean)}; "next layer's plan" under Surface shows where.`;
+}
+
+/** How many droplets land beside the middle of their cells, where the lab has other places. */
+function beside_words(plan: SurfaceMap): string {
+  const places = plan.places;
+  if (!places) return "";
+  const beside = plan.values.reduce((sum, count, cell) => sum + (count > 0 && (places.x[cell] !== 0 || places.y[cell] !== 0) ? count : 0), 0);
+  return `, where they land; ${number(beside, 6)} of them beside the middle of their cells`;
 }
 
 function PlanCanvas({error, plan, grid, scale}:
