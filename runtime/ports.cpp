@@ -29,6 +29,7 @@ void Ports::open_all(std::int64_t wall_us) {
 
 void Ports::drop_waiting(PortId port) {
   Port& p = ports_.at(std::size_t(port));
+  if (std::exchange(p.stopped, true)) return;
   for (const Waiting& w : p.waiting)
     if (w.of_command) p.refused = "a stop overtook it";
   p.waiting.clear();
@@ -40,6 +41,7 @@ void Ports::write(PortId port, std::span<const std::byte> bytes, bool of_command
   Port& p = ports_.at(std::size_t(port));
   if (!p.told_open) return;  // the driver was told that the link is closed
   if (p.waiting_bytes + bytes.size() > kMaxWaiting) return lost(p);
+  if (of_command) p.stopped = false;
   p.waiting.push_back({{bytes.begin(), bytes.end()}, 0, of_command});
   p.waiting_bytes += bytes.size();
   flush(p);
@@ -139,7 +141,7 @@ std::int64_t Ports::due_us() const {
 
 void Ports::close(Port& p) {
   p.wire.close();
-  p.told_open = false;
+  p.told_open = p.stopped = false;
   p.waiting.clear();
   p.waiting_bytes = 0;
 }

@@ -48,7 +48,8 @@ class Ports {
   /// not end the half frame.
   void write(PortId port, std::span<const std::byte> bytes, bool of_command);
   /// Drops what waits, and what a serial line has not sent yet: a stop must not wait behind it. Commands
-  /// among it are told of as refused.
+  /// among it are told of as refused. If no command was written since the last call, nothing is dropped: what
+  /// is under way then is that stop itself, or makes safe, and a print ends with two stops at once.
   void drop_waiting(PortId port);
   /// Closes (told, if it was open) and connects again, until somebody listens (told).
   void reopen(PortId port, std::int64_t wall_us);
@@ -81,7 +82,8 @@ class Ports {
     std::string said;  // the last notice
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
-    std::string refused;  // cause
+    std::string refused;    // cause
+    bool stopped = false;  // no command was written since drop_waiting()
     RateMeter meter;
   };
   void close(Port& p);

@@ -204,6 +204,45 @@ TEST_CASE("a stop does not wait behind what a slow line has not sent") {
   CHECK(seen.ends_with("STOP"));
 }
 
+TEST_CASE("a second stop does not take back what the first one has written, nor what makes safe after it") {
+  for (const bool asked_again : {false, true}) {
+    Line line;
+    Bench bench(line.address());
+    REQUIRE(bench.open());
+    bench.ports.write(PortId{0}, std::as_bytes(std::span("FIRE", 4)), true);
+    bench.service();
+    bench.ports.drop_waiting(PortId{0});  // local stop of a print's end,
+    bench.write("STOP");
+    if (asked_again) {
+      bench.service();
+      bench.write("SAFE?");
+    }
+    bench.ports.drop_waiting(PortId{0});  // and SAFE_STOP, 30 us later: a line of 9600 baud has sent nothing
+    bench.service();
+    CAPTURE(asked_again);
+    CHECK_THAT(read_all(line.master, 4096, 200), Catch::EndsWith(asked_again ? "STOPSAFE?" : "STOP"));
+  }
+}
+
+TEST_CASE("a stop overtakes a command, also one that came after an earlier stop") {
+  Line line;
+  Bench bench(line.address());
+  REQUIRE(bench.open());
+  bench.ports.drop_waiting(PortId{0});
+  bench.write("STOP");
+  bench.service();
+  REQUIRE(read_all(line.master, 4, 500) == "STOP");
+  const std::string order(6000, 'x');
+  bench.ports.write(PortId{0}, std::as_bytes(std::span(order)), true);
+  bench.service();
+  bench.ports.drop_waiting(PortId{0});
+  bench.write("STOP");
+  bench.service();
+  const std::string seen = read_all(line.master, 6004, 200);
+  CHECK(seen.size() < 6004);
+  CHECK(seen.ends_with("STOP"));
+}
+
 TEST_CASE("a TCP port carries bytes, is told closed when the instrument goes, and connects again") {
   Server server;
   Bench bench(server.address());
