@@ -16,16 +16,26 @@ namespace {
 // the node is called dead.
 constexpr double kLongestDecision_s = 50.0;
 
+// Without cells where all droplets fall in the centres.
+OffsetMap offset_map(const GridSpec& grid, std::span<const std::uint8_t> places) {
+  if (places.empty()) return {};
+  OffsetMap map(grid);
+  std::ranges::copy(places, map.cells.begin());
+  return map;
+}
+
 class ModelPrediction final : public python::Prediction {
  public:
   explicit ModelPrediction(const control::Setup& setup) : setup_(setup), predict_(setup) {}
 
   void predict(std::span<const double> height_mm, std::span<const std::uint8_t> drops,
-               std::span<double> after_mm) override {
+               std::span<const std::uint8_t> places, std::span<double> after_mm) override {
     DropletPattern pattern(setup_.grid);
     std::ranges::copy(drops, pattern.cells.begin());
     const HeightMap before = map_of(height_mm);
-    std::ranges::copy(predict_.after(before, pattern, materials_at(setup_, before)).cells, after_mm.begin());
+    std::ranges::copy(
+        predict_.after(before, pattern, materials_at(setup_, before), offset_map(setup_.grid, places)).cells,
+        after_mm.begin());
   }
 
   double objective_mm(std::span<const double> height_mm) override {
@@ -62,7 +72,8 @@ class PythonController final : public control::LayerControllerBase {
                               m.layer_height_mm(),
                               setup.seed,
                               control::kMaxPythonDrops,
-                              kLongestDecision_s};
+                              kLongestDecision_s,
+                              setup.offsets.table};
     controller_ =
         python::host().make_controller(python::recorded_files(inputs, kPythonRole, scheme.file_name()),
                                        {scheme.class_name, scheme.arguments}, s, prediction_);
@@ -77,7 +88,10 @@ class PythonController final : public control::LayerControllerBase {
     d.reason = std::move(answer.reason);
     d.materials = materials_at(setup_, height);
     d.kind = answer.kind;
-    if (d.kind == PlanDecision::kPrint) d.drops.cells = std::move(answer.drops);
+    if (d.kind == PlanDecision::kPrint) {
+      d.drops.cells = std::move(answer.drops);
+      d.offsets = offset_map(setup_.grid, answer.places);
+    }
     predict_.score(d, height, 1.0);
     return d;
   }

@@ -12,6 +12,7 @@
 
 #include "core/grid/decision.h"
 #include "core/grid/grid.h"
+#include "core/grid/offsets.h"
 
 namespace firn::python {
 
@@ -35,22 +36,25 @@ struct ControllerSetup {
   std::uint64_t seed = 0;
   int most_drops = 1;      ///< per cell and layer
   double longest_s = 0.0;  ///< wall time of one decision
+  OffsetTable places = {};  ///< inside a cell, at which its droplets may be aimed
 };
 
 /// Computes heights by the height-change model, for a controller that plans with it.
 class Prediction {
  public:
   virtual ~Prediction() = default;
+  /// @param places of the droplets inside their cells, indices of ControllerSetup::places; empty: the centres
   /// @param after_mm [ny][nx], filled with the surface after one layer of `drops`
   virtual void predict(std::span<const double> height_mm, std::span<const std::uint8_t> drops,
-                       std::span<double> after_mm) = 0;
+                       std::span<const std::uint8_t> places, std::span<double> after_mm) = 0;
   /// Mean |height - target| over the part [mm].
   virtual double objective_mm(std::span<const double> height_mm) = 0;
 };
 
 struct Answer {
   PlanDecision kind = PlanDecision::kStop;
-  std::vector<std::uint8_t> drops;  ///< [ny][nx] with kPrint; else empty
+  std::vector<std::uint8_t> drops;   ///< [ny][nx] with kPrint; else empty
+  std::vector<std::uint8_t> places;  ///< [ny][nx] of ControllerSetup::places; empty: all in the centres
   std::string reason;
 };
 

@@ -65,9 +65,15 @@ py::object setup_object(const py::object& contract, const ControllerSetup& s,
   values["layer_height_mm"] = s.layer_height_mm;
   values["seed"] = s.seed;
   values["most_drops"] = s.most_drops;
-  const auto predict = [g, prediction](const Heights& height, const Drops& drops) {
+  Heights places({s.places.size(), 2});
+  for (int n = 0; n < s.places.size(); ++n) {
+    places.mutable_at(n, 0) = s.places[n].x;
+    places.mutable_at(n, 1) = s.places[n].y;
+  }
+  values["places"] = places;
+  const auto predict = [g, prediction](const Heights& height, const Drops& drops, const Drops& at) {
     Heights after({g.ny, g.nx});
-    prediction->predict(span_of(height), span_of(drops), {after.mutable_data(), g.size()});
+    prediction->predict(span_of(height), span_of(drops), span_of(at), {after.mutable_data(), g.size()});
     return after;
   };
   const auto objective = [prediction](const Heights& height) {
@@ -178,10 +184,11 @@ class ContractController final : public Controller {
   static Answer answer_of(const py::tuple& told) {
     Answer answer;
     answer.kind = PlanDecision(told[0].cast<int>());
-    answer.reason = told[2].cast<std::string>();
+    answer.reason = told[3].cast<std::string>();
     if (answer.kind == PlanDecision::kPrint) {
-      const auto drops = told[1].cast<Drops>();
+      const auto drops = told[1].cast<Drops>(), places = told[2].cast<Drops>();
       answer.drops.assign(drops.data(), drops.data() + drops.size());
+      answer.places.assign(places.data(), places.data() + places.size());
     }
     return answer;
   }

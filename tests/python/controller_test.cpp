@@ -7,6 +7,8 @@
 #include <cmath>
 #include <thread>
 
+#include "core/control/prediction.h"
+#include "core/control/rim_inset.h"
 #include "files/text_file.h"
 #include "print/inputs/python_input.h"
 #include "python/host/load.h"
@@ -96,6 +98,81 @@ TEST_CASE("a controller in Python is given setup, measurement, prediction and ar
   CHECK(d.drops.total() == 2);
   CHECK(d.reason == "one");
   CHECK(d.objective_mm < d.objective_none_mm);
+}
+
+// A setup whose droplets may land at the places of `options`.
+control::Setup placed_setup(const OffsetOptions& options) {
+  control::Setup s = small_setup();
+  s.mask.at(1, 0) = s.mask.at(2, 2) = 0;
+  const OffsetTable table(options);
+  s.offsets.table = table;
+  s.offsets.kernels.clear();
+  for (int n = 0; n < table.size(); ++n) s.offsets.kernels.push_back(deposition::mixed_kernel(s.model, table[n]));
+  return s;
+}
+
+std::unique_ptr<control::LayerController> made_on(const control::Setup& setup, const Files& files,
+                                                  const std::string& name = "Mine") {
+  control::ControlOptions options;
+  options.scheme = "python:mine.py:" + name;
+  return make_python_controller(setup, options, files.blobs);
+}
+
+TEST_CASE("a controller in Python chooses places of droplets, which its prediction and its decision have") {
+  const control::Setup setup = placed_setup({OffsetKind::kGrid, 3, 3});
+  const Files files(mine(R"(assert s.places.shape == (9, 2) and (s.places[0] == 0).all()
+  assert (s.nearest_place(s.places[:, 0], s.places[:, 1]) == np.arange(9)).all()
+  drops = np.zeros(s.shape, int); drops[2, 3] = 1
+  at = np.full(s.shape, s.nearest_place(-1 / 3, 1 / 3))
+  flat = np.zeros(s.shape)
+  after = s.predict(flat, drops, at)
+  assert after[2, 2] > after[2, 4] and after[3, 3] > after[1, 3]
+  assert (s.predict(flat, drops) == s.predict(flat, drops, np.zeros(s.shape, int))).all()
+  return Print(drops, "one", at)  )"));
+  const HeightMap flat(setup.grid, 0.0);
+  const Decision d = made_on(setup, files)->decide({flat, 0, 0, 0.0});
+  CHECK(d.reason == "one");
+  REQUIRE(d.offsets.size() == setup.grid.size());
+  const int place = setup.offsets.table.nearest({-1.0 / 3, 1.0 / 3});
+  for (std::size_t c = 0; c < d.offsets.size(); ++c)
+    CHECK(d.offsets.of(c) == (d.drops.cells[c] ? place : 0));  // a cell without a droplet has none
+  control::Predictor predict(setup);
+  CHECK(d.objective_mm ==
+        control::objective_mm(predict.after(flat, d.drops, {}, d.offsets), setup.target, setup.mask, 1.0));
+}
+
+TEST_CASE("places that a controller in Python cannot have are refused by cell and limit") {
+  const auto said = [](const std::string& places, OffsetKind kind) {
+    const control::Setup setup = placed_setup({kind, 3, 3});
+    const Files files(mine("return Print(s.mask, '', " + places + ")"));
+    try {
+      made_on(setup, files)->decide({HeightMap(setup.grid, 0.0), 0, 0, 0.0});
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(said("np.ones(s.shape, int)", OffsetKind::kX).empty());
+  CHECK_THAT(said("np.full(s.shape, 9)", OffsetKind::kX),
+             Catch::Contains("places: cell (2, 0) has 9") && Catch::Contains("rows 0 to 2"));
+  CHECK_THAT(said("np.full(s.shape, -1)", OffsetKind::kX), Catch::Contains("has -1"));
+  CHECK_THAT(said("np.ones(s.shape, int)", OffsetKind::kNone), Catch::Contains("actuation.offsets"));
+  CHECK_THAT(said("np.ones((2, 2), int)", OffsetKind::kX), Catch::Contains("(2, 2)"));
+  CHECK_THAT(said("np.ones(s.shape)", OffsetKind::kX), Catch::Contains("float64"));
+  CHECK(said("np.zeros(s.shape, int)", OffsetKind::kNone).empty());
+}
+
+TEST_CASE("the shipped controller in Python aims the rim's droplets where control.rim_inset does") {
+  const std::string text = read_file(FIRN_SOURCE_DIR "/experiments/python/inset.py");
+  for (const OffsetOptions& options : {OffsetOptions{OffsetKind::kX, 4, 4}, OffsetOptions{OffsetKind::kGrid, 4, 4}}) {
+    const control::Setup setup = placed_setup(options);
+    const Decision d =
+        made_on(setup, Files(text), "Inset(inset=0.3)")->decide({HeightMap(setup.grid, 0.0), 0, 0, 0.0});
+    REQUIRE(d.kind == Decision::Kind::kPrint);
+    const OffsetMap wanted = control::inset_places(setup, 0.3);
+    for (std::size_t c = 0; c < setup.grid.size(); ++c)
+      if (d.drops.cells[c]) CHECK(d.offsets.of(c) == wanted.of(c));
+  }
 }
 
 TEST_CASE("End and Stop of a controller in Python have no droplet") {

@@ -21,10 +21,14 @@ __all__ = ["Print", "End", "Stop", "Action", "Model", "Surface", "Measurement", 
 
 
 class Print:
-    """Decision: print a layer. drops: droplets per cell, shape (ny, nx), integers or bool, 0 off the part."""
+    """Decision: print a layer.
 
-    def __init__(self, drops, reason=""):
-        self.drops, self.reason = drops, reason
+    drops   droplets per cell, shape (ny, nx), integers or bool, 0 off the part
+    places  where in its cell each cell's droplets land, rows of setup.places, shape (ny, nx), integers; None: in the middle
+    """
+
+    def __init__(self, drops, reason="", places=None):
+        self.drops, self.reason, self.places = drops, reason, places
 
 
 class End:
@@ -149,17 +153,28 @@ class Setup:
     layer_height_mm        h1 + 4 h2 + 4 h3
     seed                   of the run
     most_drops             largest count of a cell and layer
+    places                 (n, 2) x and y in shares of the pitch from a cell's middle, where its droplets may land;
+                           row 0 is the middle, and the only one without actuation.offsets; read-only
     """
 
     def __init__(self, values, predict, objective):
         self.__dict__.update(values)
         self._predict, self._objective = predict, objective
-        for array in (self.target_mm, self.mask):
+        for array in (self.target_mm, self.mask, self.places):
             array.flags.writeable = False
 
-    def predict(self, height_mm, drops):
-        """The surface after a layer of `drops` on `height_mm` by the height-change model: (ny, nx) [mm]."""
-        return self._predict(self._heights(height_mm), _drops(self, drops))
+    def predict(self, height_mm, drops, places=None):
+        """The surface after a layer of `drops` on `height_mm` by the height-change model: (ny, nx) [mm]. places as in Print."""
+        counts = _drops(self, drops)
+        return self._predict(self._heights(height_mm), counts, _places(self, places, counts))
+
+    def nearest_place(self, x, y):
+        """The rows of `places` nearest to x and y, shares of the pitch from a cell's middle: integers of their shape.
+
+        Of two that are equally near, the one of lower number."""
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
+        away = (x[..., None] - self.places[:, 0]) ** 2 + (y[..., None] - self.places[:, 1]) ** 2
+        return np.argmin(away, axis=-1)
 
     def objective_mm(self, height_mm):
         """Mean |height - target| over the part [mm]."""
@@ -191,6 +206,24 @@ def _drops(setup, drops):
         j, i = np.argwhere(outside)[0]
         raise ValueError(f"drops: cell ({i}, {j}) is off the part and has {counts[j, i]}")
     return np.ascontiguousarray(counts, dtype=np.uint8)
+
+
+def _places(setup, places, counts):
+    """Of no cell: all in the middle. A cell without a droplet counts as one of the middle."""
+    if places is None:
+        return np.zeros((0,), dtype=np.uint8)
+    chosen = np.asarray(places)
+    if chosen.shape != setup.shape:
+        raise ValueError(f"places of shape {chosen.shape}; the grid's is {setup.shape}")
+    if not np.issubdtype(chosen.dtype, np.integer):
+        raise ValueError(f"places of type {chosen.dtype}; rows of setup.places are integers")
+    chosen = np.where(counts != 0, chosen, 0)
+    wrong = (chosen < 0) | (chosen >= len(setup.places))
+    if wrong.any():
+        j, i = np.argwhere(wrong)[0]
+        none = "; without actuation.offsets there is the middle alone" if len(setup.places) == 1 else ""
+        raise ValueError(f"places: cell ({i}, {j}) has {chosen[j, i]}; setup.places has rows 0 to {len(setup.places) - 1}{none}")
+    return np.ascontiguousarray(chosen, dtype=np.uint8) if chosen.any() else np.zeros((0,), dtype=np.uint8)
 
 
 class SlowError(BaseException):
@@ -394,7 +427,7 @@ class Run(_Made):
     """A controller's object with its files."""
 
     def decide(self, height_mm, layer, attempt, noise_std_mm):
-        """(kind, drops, reason): kind 0 print, 1 end, 2 stop."""
+        """(kind, drops, places, reason): kind 0 print, 1 end, 2 stop."""
         height_mm.flags.writeable = False
         with _in_controller(self.loader):
             answer = self.controller.decide(Measurement(height_mm, layer, attempt, noise_std_mm))
@@ -402,14 +435,15 @@ class Run(_Made):
             raise ControllerError(f"{self.what}.decide returned {type(answer).__name__}, not firn.Print, firn.End or firn.Stop")
         reason = _plain(str(answer.reason))[:1000]
         if not isinstance(answer, Print):
-            return (1 if isinstance(answer, End) else 2), None, reason
+            return (1 if isinstance(answer, End) else 2), None, None, reason
         try:
             drops = _drops(self.setup, answer.drops)
+            places = _places(self.setup, answer.places, drops)
         except ValueError as error:
             raise ControllerError(f"{self.what}.decide, layer {layer + 1}: {error}") from None
         if not drops.any():
             raise ControllerError(f"{self.what}.decide, layer {layer + 1}: Print of no droplet; End finishes the part")
-        return 0, drops, reason
+        return 0, drops, places, reason
 
     def use_model(self, h1_mm, h2_mm, h3_mm):
         """The newest estimate of a droplet's rise; a class without the method keeps the first."""
