@@ -148,6 +148,12 @@ void DropletEstimator::keep_layer(std::vector<Pass> passes, const HeightMap& hei
   ++waiting_;
 }
 
+Estimate DropletEstimator::look() {
+  fix_references();
+  update_fit();
+  return estimate_;
+}
+
 // Exponential forgetting of the layers before the window, by one layer.
 void DropletEstimator::forget() {
   if (keep_ == 1.0) return;
@@ -355,6 +361,7 @@ void DropletEstimator::update_fit() {
               0.5 * (own[std::size_t(r)] * near[std::size_t(q)] + own[std::size_t(q)] * near[std::size_t(r)]);
     }
   estimate_.excitation = separation(information);
+  estimate_.information = information;
   estimate_.fit = count > 0.0 ? squares / count : 0.0;
   // With too few cells the sum over neighbours need not be a covariance; the assumed variances stand in.
   if (!positive_definite(spread)) {

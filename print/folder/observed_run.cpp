@@ -102,7 +102,8 @@ double ObservedRun::noise_std_mm() const {
 
 std::int64_t ObservedRun::droplets() const {
   std::int64_t n = 0;
-  for (int k = 1; k <= layers(); ++k)
+  const int last = layers();
+  for (int k = 1; k <= last; ++k)
     for (const droplet::Pass& p : drops_.at(k).passes()) n += std::int64_t(p.cells.size());
   return n;
 }
@@ -114,7 +115,8 @@ std::vector<droplet::Use> ObservedRun::use_of(const droplet::LayerDrops& drops,
 
 std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
   std::vector<droplet::PrintedLayer> out;
-  for (int k = 1; k <= layers(); ++k) {
+  const int last = layers();
+  for (int k = 1; k <= last; ++k) {
     const height_map_t &before = maps_.at(k - 1), &after = maps_.at(k);
     droplet::PrintedLayer l{DropletPattern(experiment_.grid), height_of(before), height_of(after), {}};
     for (const droplet::Pass& p : drops_.at(k).passes())
@@ -130,7 +132,8 @@ std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
 
 std::vector<OffsetMap> ObservedRun::offsets() const {
   std::vector<OffsetMap> out;
-  for (int k = 1; k <= layers(); ++k) {
+  const int last = layers();
+  for (int k = 1; k <= last; ++k) {
     const auto known = offsets_.find(k);
     out.push_back(known == offsets_.end() ? OffsetMap{} : known->second);
   }
@@ -152,16 +155,40 @@ deposition::DropletModel ObservedRun::prior() const {
   return size > 0.0 && beyond ? model.times(size) : model;
 }
 
-ObservedRun::Learned ObservedRun::learn() const {
-  const int last = layers(), fitted = statistics::fitted_of(last);
-  if (last <= 0)
-    throw std::invalid_argument(maps_.contains(0) ? "no layer was printed and measured"
-                                                  : "there is no map of the bare ground");
+droplet::EstimatorOptions ObservedRun::estimator_options() const {
   droplet::EstimatorOptions o;
   o.prior = prior();
   o.prior_std = kWidePrior;
   o.window_layers = experiment_.estimator.window_layers;
   o.border = border();
+  return o;
+}
+
+std::optional<double> ObservedRun::glance_excitation() const {
+  constexpr int kStretches = 8, kLayers = 5;  // layers of a usual print are much alike
+  const int last = layers();
+  if (last < 2 * kStretches * kLayers) return std::nullopt;
+  droplet::EstimatorOptions o = estimator_options();
+  o.window_layers = std::max(o.window_layers, kLayers);
+  droplet::Symmetric3 information;
+  for (int n = 0; n < kStretches; ++n) {
+    const int first = (last - kLayers) * n / (kStretches - 1);  // the map before the stretch is its ground
+    droplet::DropletEstimator estimator(experiment_.grid, o);
+    estimator.set_substrate(height_of(maps_.at(first)), use_of({}, maps_.at(first)), noise_of(maps_.at(first)));
+    for (int k = first + 1; k <= first + kLayers; ++k)
+      estimator.keep_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
+                           noise_of(maps_.at(k)));
+    information += estimator.look().information;
+  }
+  return droplet::separation(information);
+}
+
+ObservedRun::Learned ObservedRun::learn() const {
+  const int last = layers(), fitted = statistics::fitted_of(last);
+  if (last <= 0)
+    throw std::invalid_argument(maps_.contains(0) ? "no layer was printed and measured"
+                                                  : "there is no map of the bare ground");
+  const droplet::EstimatorOptions o = estimator_options();
   droplet::DropletEstimator estimator(experiment_.grid, o);
   estimator.set_substrate(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
   Learned out;

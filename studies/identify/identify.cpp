@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <optional>
 #include <stdexcept>
 
 #include "core/control/pattern.h"
@@ -31,9 +32,9 @@ std::string alike(double excitation, const Known& layer_height) {
       excitation, kMinExcitation, shown(layer_height));
 }
 
-// Empty, or what the droplets alone rule out.
-std::string ruled_out(const Identification& id, const std::vector<droplet::PrintedLayer>& printed,
-                      Known& layer_height) {
+// Empty, or what is ruled out before anything is fitted: by the droplets alone, or by a look at some layers.
+std::string ruled_out(const ObservedRun& run, const Identification& id,
+                      const std::vector<droplet::PrintedLayer>& printed, Known& layer_height) {
   if (id.droplets == 0) return "no excitation: no droplet was fired";
   const droplet::DesignExcitation design = droplet::design_excitation(printed);
   if (const std::string names = droplet::unseen_constants(design); !names.empty())
@@ -41,11 +42,16 @@ std::string ruled_out(const Identification& id, const std::vector<droplet::Print
            (!design.own     ? "of its own"
             : !design.sides ? "at a side"
                             : "at a corner, as in a record of one row of cells");
-  if (design.excitation >= kMinDesign) return "";
+  double excitation = design.excitation;
+  if (excitation >= kMinDesign) {
+    const std::optional<double> glance = run.glance_excitation();
+    if (!glance || *glance >= kMinExcitation) return "";
+    excitation = *glance;
+  }
   const droplet::Repeats even = droplet::layer_height_of_even_cells(printed);
   if (even.n < 2) return "";
   layer_height = {even.mean_mm, even.half_width_mm};
-  return alike(design.excitation, layer_height);
+  return alike(excitation, layer_height);
 }
 
 // Layers in each of which whole sites were printed.
@@ -76,7 +82,7 @@ Identification identify(const ObservedRun& run) {
   id.noise_std_mm = run.noise_std_mm();
   const std::vector<droplet::PrintedLayer> printed = run.printed();
   id.prints = droplet::find_identification_prints(sites_of(run.experiment(), printed));
-  if (id.layers > 0 && !id.prints.complete()) id.uninformative = ruled_out(id, printed, id.layer_height);
+  if (id.layers > 0 && !id.prints.complete()) id.uninformative = ruled_out(run, id, printed, id.layer_height);
   if (!id.uninformative.empty()) return id;
   try {
     const ObservedRun::Learned learned = run.learn();

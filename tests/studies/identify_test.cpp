@@ -153,6 +153,37 @@ TEST_CASE("A run of full layers is refused with what it does tell") {
   CHECK(id.layer_height.mean_mm == Approx(1.1 * 0.0076).epsilon(0.03));
 }
 
+TEST_CASE("A long run of layers that are much alike is refused before anything is fitted, a short one after it") {
+  const std::vector<std::string> usual = {"control.scheme=smf", "part.width_mm=3", "part.depth_mm=3", "grid.nx=14",
+                                          "grid.ny=14", "control.max_layers=400", "process.nozzle_gap_mm=2"};
+  const auto of_height = [&](const char* mm) {
+    std::vector<std::string> overrides = usual;
+    overrides.push_back(std::string("part.height_mm=") + mm);
+    return identify(observe_print(kExperiments + "cuboid.toml", overrides));
+  };
+  const Identification tall = of_height("0.8");
+  CHECK(tall.layers > 80);
+  CHECK_THAT(tall.uninformative, Catch::Contains("too much alike") && Catch::Contains("h1 + 4 h2 + 4 h3 = "));
+  CHECK(tall.fit.evaluations == 0);
+  CHECK(tall.layer_height.mean_mm == Approx(0.0076).epsilon(0.1));
+  const Identification low = of_height("0.2");
+  CHECK(low.fit.evaluations > 0);
+  CHECK_THAT(low.uninformative, Catch::Contains("too much alike"));
+}
+
+TEST_CASE("What a look at some layers finds of a long run is near what its fit finds") {
+  const ObservedRun run = observe_print(
+      kExperiments + "excitation.toml", {"control.pattern.layers=90", "grid.nx=16", "grid.ny=16",
+                                         "part.width_mm=3.5", "part.depth_mm=3.5", "control.max_layers=400"});
+  const std::optional<double> glance = run.glance_excitation();
+  REQUIRE(glance);
+  const double fitted = run.learn().all.excitation;
+  CAPTURE(*glance, fitted, run.layers());
+  CHECK(*glance > fitted / 3);
+  CHECK(*glance < 3 * fitted);
+  CHECK(identify(run).fit.evaluations > 0);
+}
+
 TEST_CASE("What is no run, has no squares or too few spacings is named") {
   IdentifyOptions o;
   o.runs = {"/nowhere"};
