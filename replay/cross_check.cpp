@@ -18,19 +18,25 @@ SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes)
       }
 }
 
-const std::vector<Sent>& SentIndex::all(int channel) const {
-  static const std::vector<Sent> none;
+const std::deque<Sent>& SentIndex::all(int channel) const {
+  static const std::deque<Sent> none;
   const NodeOutcome* node = publishers_[std::size_t(channel)];
   return node ? node->sent[std::size_t(channel)] : none;
 }
 
 // Sequence numbers count from 1 without gaps, unless the file is damaged.
-const Sent* SentIndex::find(int channel, std::int64_t seq) const {
-  const std::vector<Sent>& list = all(channel);
+std::optional<std::size_t> SentIndex::position(int channel, std::int64_t seq) const {
+  const std::deque<Sent>& list = all(channel);
   if (seq >= 1 && seq <= std::int64_t(list.size()) && list[std::size_t(seq - 1)].seq == seq)
-    return &list[std::size_t(seq - 1)];
+    return std::size_t(seq - 1);
   const auto it = std::ranges::find(list, seq, &Sent::seq);
-  return it == list.end() ? nullptr : &*it;
+  if (it == list.end()) return std::nullopt;
+  return std::size_t(it - list.begin());
+}
+
+const Sent* SentIndex::find(int channel, std::int64_t seq) const {
+  const std::optional<std::size_t> at = position(channel, seq);
+  return at ? &all(channel)[*at] : nullptr;
 }
 
 std::uint64_t SentIndex::step_after(int channel, std::int64_t seq) const {

@@ -1,7 +1,9 @@
 // Checks the deliveries between the nodes' files of a run.
 #pragma once
 
+#include <deque>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "replay/node_replay.h"
@@ -13,9 +15,11 @@ class SentIndex {
  public:
   explicit SentIndex(const std::vector<NodeOutcome>& nodes);
   const Sent* find(int channel, std::int64_t seq) const;
+  /// Returns its position in all(); nothing: the file has no such message.
+  std::optional<std::size_t> position(int channel, std::int64_t seq) const;
   /// Returns true if the file of the channel's publisher was read.
   bool knows(int channel) const { return publishers_[std::size_t(channel)] != nullptr; }
-  const std::vector<Sent>& all(int channel) const;
+  const std::deque<Sent>& all(int channel) const;
   /// Returns the step of the publisher's file before which the message `seq`, absent from the file, must have
   /// been sent.
   std::uint64_t step_after(int channel, std::int64_t seq) const;

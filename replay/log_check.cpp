@@ -1,6 +1,7 @@
 #include "replay/log_check.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "files/record/event_log.h"
 #include "files/run_paths.h"
@@ -28,7 +29,8 @@ class LogCheck {
     const ChannelInfo& channel = channel_table()[std::size_t(number)];
     if (!runs::sent_by_node(channel) || !sent_.knows(number)) return;
     const std::optional<runs::Stamp> stamp = runs::stamp_of(e.data);
-    const Sent* s = stamp ? sent_.find(number, stamp->seq) : nullptr;
+    const std::optional<std::size_t> position = stamp ? sent_.position(number, stamp->seq) : std::nullopt;
+    const Sent* s = position ? &sent_.all(number)[*position] : nullptr;
     ++verdict_.log_messages;
     if (!s) {
       Finding f = finding(channel, nullptr,
@@ -42,7 +44,7 @@ class LogCheck {
       add(std::move(f));
       return;
     }
-    seen_[std::size_t(number)][std::size_t(s - sent_.all(number).data())] = true;
+    seen_[std::size_t(number)][*position] = true;
     const std::span<const std::byte> data = migration_.today(e.data, migrated_);
     if (s->differs || runs::same_bytes(s->bytes, data)) return;
     const auto difference = comparer_.compare(channel, s->bytes, data);
@@ -60,7 +62,7 @@ class LogCheck {
     for (std::size_t c = 0; c < seen_.size(); ++c) {
       const ChannelInfo& channel = channel_table()[c];
       if (channel.delivery != Delivery::kReliable || !channel.logged) continue;
-      const std::vector<Sent>& all = sent_.all(int(c));
+      const std::deque<Sent>& all = sent_.all(int(c));
       const Sent* first = nullptr;
       std::uint64_t gaps = 0;
       for (std::size_t n = 0; n < all.size(); ++n)

@@ -51,8 +51,9 @@ struct NodeOutcome {
   std::uint64_t findings_total = 0;
   std::vector<DamagedPlace> damage;
   std::vector<std::string> provenance;
-  std::vector<std::vector<Sent>> sent;  ///< by ChannelIndex, in the order of sending
-  std::vector<Delivered> delivered;
+  // Millions in a long run: a vector that grows would hold them three times over for a moment.
+  std::vector<std::deque<Sent>> sent;  ///< by ChannelIndex, in the order of sending
+  std::deque<Delivered> delivered;
   std::vector<Gap> gaps;  ///< reported by check_deliveries, which has the times of sending
   std::vector<Ignored> ignored;
   double largest_difference = 0.0;
