@@ -11,22 +11,29 @@
 namespace firn::report {
 namespace {
 
-std::string head_of(const OutlineMetric& m) {
+bool is_length(const OutlineMetric& m) { return m.unit == "um"; }
+
+std::string head_of(const OutlineMetric& m, const HeightUnit& unit) {
   return "<span title=\"" + escape_html(std::string(m.meaning)) + "\">" + std::string(m.words) + " [" +
-         (m.unit == "um" ? "µm" : std::string(m.unit)) + "]</span>";
+         (is_length(m) ? unit.name : std::string(m.unit)) + "]</span>";
 }
 
-std::vector<std::string> values_of(const OutlineStats& o) {
+std::vector<std::string> values_of(const OutlineStats& o, const HeightUnit& unit) {
   std::vector<std::string> cells;
-  for (const OutlineMetric& m : kOutlineMetrics) cells.push_back(number(o.*m.value * m.factor));
+  for (const OutlineMetric& m : kOutlineMetrics) {
+    const bool cut = o.cut && (m.value == &OutlineStats::size_error_x_mm || m.value == &OutlineStats::size_error_y_mm);
+    cells.push_back((cut ? "≥ " : "") + number(o.*m.value * (is_length(m) ? unit.per_mm : m.factor)));
+  }
   return cells;
 }
 
 }  // namespace
 
 std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
+  const bool in_mm = std::ranges::all_of(runs, [](const ReportRun& r) { return r.data.words.in_mm; });
+  const HeightUnit unit = in_mm && !runs.empty() ? height_unit(runs.front().data.words) : HeightUnit{};
   std::vector<std::string> head{"run", "of"};
-  for (const OutlineMetric& m : kOutlineMetrics) head.push_back(head_of(m));
+  for (const OutlineMetric& m : kOutlineMetrics) head.push_back(head_of(m, unit));
   const std::string amount = runs.empty() ? "droplets" : std::string(runs.front().data.words.amount);
   for (const std::string& what : {std::string("print time [s]"), std::string("passes"), std::string("stage runs"), amount})
     head.push_back(what);
@@ -44,7 +51,7 @@ std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std
     }
     const auto add = [&](const char* of, const OutlineStats& o, bool costs) {
       std::vector<std::string> cells{escape_html(names[n]), of};
-      for (std::string& v : values_of(o)) cells.push_back(std::move(v));
+      for (std::string& v : values_of(o, unit)) cells.push_back(std::move(v));
       cells.push_back(costs ? number(last.end_s) : "");
       const auto of_stage = [&](int count) {  // a part of paths is counted in no passes
         return !costs ? "" : count ? std::to_string(count) : "–";

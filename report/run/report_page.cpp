@@ -173,7 +173,7 @@ std::string summary(const std::vector<PartRuns>& parts) {
     };
     s += "<p>" + (parts.size() > 1 ? escape_html(part.title) + ": final" : std::string("Final")) +
          " RMS error about the target, measured: " + told(*best);
-    if (best != worst)
+    if (last(*best->data)->rms_mm < last(*worst->data)->rms_mm)
       s += "; the largest, " + told(*worst) + ", is " +
            number(last(*worst->data)->rms_mm / last(*best->data)->rms_mm) + " times as large";
     s += ".</p>\n";

@@ -15,6 +15,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kMaxShown = 100;
+constexpr const char* kSizeCut = "size_cut";  // as in metrics.csv
 
 [[noreturn]] void bad(const std::string& where, const std::string& what) {
   throw std::invalid_argument(where + ": " + what);
@@ -155,6 +156,7 @@ std::string result_text(const RunResult& r) {
     for (const OutlineMetric& m : kOutlineMetrics)
       if (const double v = (*r.outline).*m.value * m.factor; std::isfinite(v))
         values[std::string(m.name)] = v;
+    if (r.outline->cut) values[kSizeCut] = true;
   }
   if (!r.audit.empty()) j["audit"] = r.audit;
   return j.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -193,6 +195,10 @@ RunResult parse_result(std::string_view text, const std::string& name) {
         (*r.outline).*m.value =
             finite(*value, where("outline") + "." + std::string(m.name), std::string(m.unit).c_str()) /
             m.factor;
+    if (const auto cut = outline->find(kSizeCut); cut != outline->end()) {
+      if (!cut->is_boolean()) bad(where("outline") + "." + kSizeCut, "must be true or false");
+      r.outline->cut = cut->get<bool>();
+    }
   }
   if (const Json* audit = known("audit")) r.audit = text_of(*audit, where("audit"));
   return r;

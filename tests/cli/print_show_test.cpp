@@ -120,6 +120,7 @@ TEST_CASE("A result reads back from its file as it was written, judged or not, w
   full.outline->missing = 0.0042;
   full.outline->size_error_x_mm = -0.0312;
   full.outline->edge_width_mm = 0.2124;
+  full.outline->cut = true;
   for (const runs::RunResult& r : {judged(kDone, 80.0), judged(kDone, 0.0), kStopped, full}) {
     const runs::RunResult read = runs::parse_result(runs::result_text(r), "result.json");
     CHECK(read.outcome == r.outcome);
@@ -134,6 +135,7 @@ TEST_CASE("A result reads back from its file as it was written, judged or not, w
     CHECK(read.overspill_percent == r.overspill_percent);
     CHECK(read.audit == r.audit);
     REQUIRE(read.outline.has_value() == r.outline.has_value());
+    if (r.outline) CHECK(read.outline->cut == r.outline->cut);
     for (const OutlineMetric& m : kOutlineMetrics)
       if (r.outline)
         CHECK(((*read.outline).*m.value == Approx((*r.outline).*m.value) ||
@@ -165,6 +167,8 @@ TEST_CASE("A print tells its missing volume beside its overspill, and what is kn
   r.outline->corner_radius_mm = 0.09;
   CHECK_THAT(result_lines(r, lab_words("inkjet")),
              Contains("; size error 441 um along x, -31.2 um along y; corners of radius 90 um\n"));
+  r.outline->cut = true;
+  CHECK_THAT(result_lines(r, lab_words("inkjet")), Contains("; size error at least 441 um along x, -31.2 um"));
   const auto json = nlohmann::json::parse(print_json(over(r)));
   CHECK(json["missing_pct"].get<double>() == Approx(0.521));
   CHECK(json["part_rms_um"].is_null());
@@ -241,6 +245,7 @@ TEST_CASE(
   REQUIRE(reported.layers.back().measured_outline);
   for (const OutlineMetric& m : kOutlineMetrics) {
     CAPTURE(m.name);
+    CHECK(mpc.result.outline->cut == reported.layers.back().measured_outline->cut);
     const double told = (*mpc.result.outline).*m.value;
     const double shown = (*reported.layers.back().measured_outline).*m.value;
     CHECK((told == shown || (std::isnan(told) && std::isnan(shown))));

@@ -124,6 +124,8 @@ TEST_CASE("The table of edges names the surface of each row, and has one for a p
   REQUIRE(rows(run).size() == 3);
   CHECK((rows(run)[1][1] == "last map" && rows(run)[1][2] == "9"));
   CHECK((rows(run)[2][1] == "true surface" && rows(run)[2][2] == "7"));
+  run.layers.back().measured_outline->cut = true;
+  CHECK(std::ranges::count(rows(run)[1], "≥ 450") == 1);
 }
 
 TEST_CASE("The camera has a phase in the time per layer of runs with pictures, and none in others") {
