@@ -24,7 +24,7 @@ export function Instruments({session}: {session: Session}) {
 
 /** The lamp's hours beside what this print has added: the sum of the other runs is no message of it. */
 function with_hours(one: Instrument, {lamp}: Session): Instrument {
-  if (one.name !== "lamp" || !lamp?.lamp) return one;
+  if (one.name !== "lamp" || !lamp?.lamp || lamp.earlier_runs === 0) return one;
   const [first, ...rest] = one.details ?? [];
   const hours: [string, unknown, string] = [`open in ${lamp.earlier_runs} earlier runs in this folder, same port`, lamp.earlier_h.toFixed(4), "h"];
   return {...one, details: first ? [first, hours, ...rest] : [hours]};
