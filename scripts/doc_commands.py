@@ -52,6 +52,8 @@ BEFORE = [
         "./firn print experiments/cuboid.toml --bus in-process --set part.height_mm=0.05 --fault '10 jet close' || true"]),
     ("python/README.md", r"my_study\.py", ["sed -n '/^import firn$/,/^print/p' python/README.md > my_study.py"]),
     ("docs/commands/spy.md", r"spy RUN", [A_LIVE_PRINT]),
+    ("docs/notify.md", r"config notify", [
+        "mkdir -p ~/.config/firn && printf '[notify]\\ncommand = \"cat > told.json\"\\n' > ~/.config/firn/config.toml"]),
 ]
 # (page, command, exit code, why) where the text around the command says it.
 EXPECTED = [

@@ -173,7 +173,7 @@ class Reader:
             if int(process.name) not in mine:
                 os.kill(int(process.name), signal.SIGKILL)
         self.serving = []
-        subprocess.run("git checkout -q . && git clean -fdq && rm -rf runs/*-*", shell=True, cwd=self.place, check=True)
+        subprocess.run("git checkout -q . && git clean -fdq && rm -rf runs/*-* ~/.config/firn", shell=True, cwd=self.place, check=True)
 
 
 def inside(arguments):
