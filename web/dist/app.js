@@ -223,7 +223,7 @@ THE SOFTWARE. */
       <h2 id="instruments-title">Instruments</h2>
       ${e.length===0&&x`<p class="soft">No instrument has spoken.</p>`}
       <div class="cards">${e.map(n=>x`<${cg} key=${n.name} one=${ug(n,t)} now_s=${t.live?t.state?.t_s??null:null} />`)}</div>
-    </section>`}function ug(t,{lamp:e}){if(t.name!=="lamp"||!e?.lamp)return t;let[n,...r]=t.details??[],i=[`open in ${e.earlier_runs} earlier runs in this folder, same port`,e.earlier_h.toFixed(4),"h"];return{...t,details:n?[n,i,...r]:[i]}}function cg({one:t,now_s:e}){let n=/fault|estop|suspect|disconnected/.test(t.state),r=Lc(t.details??[]),i=(t.details??[]).filter(([l])=>!r||!jl.includes(l)),s=t.last&&e!=null?Math.max(0,e-t.last.t_s):null;return x`
+    </section>`}function ug(t,{lamp:e}){if(t.name!=="lamp"||!e?.lamp||e.earlier_runs===0)return t;let[n,...r]=t.details??[],i=[`open in ${e.earlier_runs} earlier runs in this folder, same port`,e.earlier_h.toFixed(4),"h"];return{...t,details:n?[n,i,...r]:[i]}}function cg({one:t,now_s:e}){let n=/fault|estop|suspect|disconnected/.test(t.state),r=Lc(t.details??[]),i=(t.details??[]).filter(([l])=>!r||!jl.includes(l)),s=t.last&&e!=null?Math.max(0,e-t.last.t_s):null;return x`
     <article class=${"card"+(n?" faulty":"")} aria-label=${t.name}>
       <header class="row">
         <h3>${t.name}</h3>
