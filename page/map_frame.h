@@ -1,7 +1,7 @@
 // Encodes a map of values on a grid as the page reads it: "FMAP", u16 version, u16 surface, u32 layer,
 // u32 nx, u32 ny, u32 flags, f64 time [s], then nx * ny f32, row y = 0 first, all little endian. With
-// kMapPlaces nx * ny x and as many y follow: where in its cell each cell's droplets land, in shares of the pitch
-// from the middle.
+// kMapPlaces nx * ny x and as many y follow: where in its cell each cell's droplets land, in shares of the
+// pitch from the middle.
 #pragma once
 
 #include <cstddef>

@@ -31,7 +31,8 @@ constexpr double kLookS = 0.5;  // for the end of a print
 // A whole number of TOML, 300.0, as people write it.
 std::string for_a_panel(std::string text) {
   constexpr std::string_view kNoDecimals = ".0";
-  if (text.ends_with(kNoDecimals) && whole_number<double>(text)) text.resize(text.size() - kNoDecimals.size());
+  if (text.ends_with(kNoDecimals) && whole_number<double>(text))
+    text.resize(text.size() - kNoDecimals.size());
   return text;
 }
 
@@ -46,7 +47,8 @@ ViewFacts facts_of(Experiment& e) {
   }
   for (const Field& field : fields(e))
     if (f.ports.contains(std::string(field.section())) && belongs(field, e))
-      f.details[std::string(field.section())].emplace_back(field.name(), for_a_panel(value_text(field)), field.unit);
+      f.details[std::string(field.section())].emplace_back(field.name(), for_a_panel(value_text(field)),
+                                                           field.unit);
   std::map<std::string, std::string> settings;
   for (const Field& field : fields(e)) {
     if (!belongs(field, e)) continue;

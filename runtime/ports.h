@@ -82,7 +82,7 @@ class Ports {
     std::string said;  // the last notice
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
-    std::string refused;    // cause
+    std::string refused;   // cause
     bool stopped = false;  // no command was written since drop_waiting()
     RateMeter meter;
   };

@@ -38,7 +38,7 @@ struct Estimate {
   /// Smallest eigenvalue of the correlation matrix of the layers' information on h1, h2, h3 (without the
   /// prior): 0 = some combination of them has left no trace in the maps, 1 = each left its own.
   double excitation = 0.0;
-  Symmetric3 information;        ///< of the layers on h1, h2, h3, without the prior [1/mm^2]
+  Symmetric3 information;          ///< of the layers on h1, h2, h3, without the prior [1/mm^2]
   double droplet_scatter = 0.0;    ///< relative standard deviation of a droplet, by the differences
   std::array<bool, 3> at_bound{};  ///< h1, h2, h3: the fit ended at the end of its range
   bool scatter_at_bound = false;
@@ -72,8 +72,8 @@ class DropletEstimator {
   /// @throws as add_layer
   void keep_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
                   double noise_std_mm);
-  /// Returns excitation and information of the kept layers about the present model, without a fit: a hundredth
-  /// of its work. @pre a layer is kept, none left the window
+  /// Returns excitation and information of the kept layers about the present model, without a fit: a
+  /// hundredth of its work. @pre a layer is kept, none left the window
   Estimate look();
   /// The last layer was measured again: its map is replaced.
   Estimate replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);

@@ -174,7 +174,8 @@ std::optional<double> ObservedRun::glance_excitation() const {
   for (int n = 0; n < kStretches; ++n) {
     const int first = (last - kLayers) * n / (kStretches - 1);  // the map before the stretch is its ground
     droplet::DropletEstimator estimator(experiment_.grid, o);
-    estimator.set_substrate(height_of(maps_.at(first)), use_of({}, maps_.at(first)), noise_of(maps_.at(first)));
+    estimator.set_substrate(height_of(maps_.at(first)), use_of({}, maps_.at(first)),
+                            noise_of(maps_.at(first)));
     for (int k = first + 1; k <= first + kLayers; ++k)
       estimator.keep_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
                            noise_of(maps_.at(k)));

@@ -34,8 +34,8 @@ struct ControllerSetup {
   std::span<const std::uint8_t> mask;
   double h1_mm = 0.0, h2_mm = 0.0, h3_mm = 0.0, layer_height_mm = 0.0;
   std::uint64_t seed = 0;
-  int most_drops = 1;      ///< per cell and layer
-  double longest_s = 0.0;  ///< wall time of one decision
+  int most_drops = 1;       ///< per cell and layer
+  double longest_s = 0.0;   ///< wall time of one decision
   OffsetTable places = {};  ///< inside a cell, at which its droplets may be aimed
 };
 

@@ -21,7 +21,8 @@ std::string head_of(const OutlineMetric& m, const HeightUnit& unit) {
 std::vector<std::string> values_of(const OutlineStats& o, const HeightUnit& unit) {
   std::vector<std::string> cells;
   for (const OutlineMetric& m : kOutlineMetrics) {
-    const bool cut = o.cut && (m.value == &OutlineStats::size_error_x_mm || m.value == &OutlineStats::size_error_y_mm);
+    const bool cut =
+        o.cut && (m.value == &OutlineStats::size_error_x_mm || m.value == &OutlineStats::size_error_y_mm);
     cells.push_back((cut ? "≥ " : "") + number(o.*m.value * (is_length(m) ? unit.per_mm : m.factor)));
   }
   return cells;
@@ -35,7 +36,8 @@ std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std
   std::vector<std::string> head{"run", "of"};
   for (const OutlineMetric& m : kOutlineMetrics) head.push_back(head_of(m, unit));
   const std::string amount = runs.empty() ? "droplets" : std::string(runs.front().data.words.amount);
-  for (const std::string& what : {std::string("print time [s]"), std::string("passes"), std::string("stage runs"), amount})
+  for (const std::string& what :
+       {std::string("print time [s]"), std::string("passes"), std::string("stage runs"), amount})
     head.push_back(what);
   std::string rows;
   for (std::size_t n = 0; n < runs.size(); ++n) {

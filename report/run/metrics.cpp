@@ -41,7 +41,8 @@ std::string metrics_csv(const RunData& run) {
       "layer,attempt,map_id,target_mean_um,mean_height_um,mean_error_um,rms_um,std_um,min_error_um,max_error_"
       "um,volume_mm3,"
       "drops,drops_total,objective_um,iterations,deposit_s,cure_s,scan_s,decide_s,end_s,"
-      "true_mean_error_um,true_rms_um,true_std_um,true_max_abs_error_um,rms_inside_um,rms_rim_um,rows_lost,cells_guessed";
+      "true_mean_error_um,true_rms_um,true_std_um,true_max_abs_error_um,rms_inside_um,rms_rim_um,rows_lost,"
+      "cells_guessed";
   s += outline_names() + ",passes\n";
   for (const LayerRow& r : run.layers) {
     char line[8192];  // of twenty doubles, each of up to 314 characters
@@ -63,8 +64,8 @@ std::string metrics_csv(const RunData& run) {
     }
     std::snprintf(line, sizeof line, ",%.3f,%.3f,%d,%lld", r.rms_inside_mm * 1e3, r.rms_rim_mm * 1e3,
                   r.rows_lost, static_cast<long long>(r.cells_guessed));
-    s +=
-        line + outline_values(r.true_outline) + outline_values(r.measured_outline) + "," + std::to_string(r.passes) + "\n";
+    s += line + outline_values(r.true_outline) + outline_values(r.measured_outline) + "," +
+         std::to_string(r.passes) + "\n";
   }
   return s;
 }

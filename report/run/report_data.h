@@ -28,12 +28,12 @@ struct LayerRow : layer_metrics_t {
   LayerRow() : layer_metrics_t{} {}
   explicit LayerRow(const layer_metrics_t& m);
 
-  double look_s = 0;                     ///< of the camera's pictures and the ways to them
-  double end_s = 0;                      ///< node time
-  std::optional<ErrorStats> truth;       ///< of the true surface about the target
+  double look_s = 0;                             ///< of the camera's pictures and the ways to them
+  double end_s = 0;                              ///< node time
+  std::optional<ErrorStats> truth;               ///< of the true surface about the target
   std::optional<OutlineStats> true_outline;      ///< of the true surface; along paths of the last row's
   std::optional<OutlineStats> measured_outline;  ///< of the layer's map; of droplets
-  int passes = 0;                        ///< of the stage that fired droplets, over all attempts
+  int passes = 0;                                ///< of the stage that fired droplets, over all attempts
   int stage_runs = 0;   ///< straight ways of these passes: one for each row of cells, or sub-row
   int slower_runs = 0;  ///< of them: their droplets are nearer than the jet follows at full speed
 };
@@ -75,8 +75,8 @@ struct RunData {
   std::optional<HeightMap> truth;  ///< last true surface
   HeightMap target;
   Mask mask;
-  const ReportLab* lab = nullptr;       ///< reader of this run
-  std::optional<SurfaceCut> cut;        ///< of the cross-sections; none: along x through the middle row
+  const ReportLab* lab = nullptr;  ///< reader of this run
+  std::optional<SurfaceCut> cut;   ///< of the cross-sections; none: along x through the middle row
   std::optional<IceData>
       ice;  ///< of a print along paths; height, target and mask are its last interval's then
   std::optional<InkData> inks;                                  ///< of a print with two inks

@@ -50,7 +50,8 @@ OutlineStats true_outline(const RunData& r) {
 }
 
 bool is_told(const OutlineStats& o) {
-  return std::ranges::any_of(kOutlineMetrics, [&](const OutlineMetric& m) { return std::isfinite(o.*m.value); });
+  return std::ranges::any_of(kOutlineMetrics,
+                             [&](const OutlineMetric& m) { return std::isfinite(o.*m.value); });
 }
 
 // That of the runs' labs; um where they differ.
@@ -111,8 +112,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
       "<div class=\"scroll\"><table><thead>\n" +
       table_row(without_parts({"run", "layers", amount_name(runs), of("mean error"), of("RMS"),
                                of("RMS inside, rim"), of("min, max"), "volume [mm³]", of("true RMS"),
-                               of("largest true error"), edge("overspill_pct"),
-                               edge("first_ring_um"), edge("size_x_um", "size error x, y"), "print time [s]", "outcome", "replay"}),
+                               of("largest true error"), edge("overspill_pct"), edge("first_ring_um"),
+                               edge("size_x_um", "size error x, y"), "print time [s]", "outcome", "replay"}),
                 "th") +
       "</thead><tbody>\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {
@@ -138,8 +139,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
          height(v.min_error_mm) + ", " + height(v.max_error_mm), l ? number(v.volume_mm3) : "–",
          v.truth ? height(v.truth->rms_mm) : "–",
          v.truth ? height(std::max(-v.truth->min_mm, v.truth->max_mm)) : "–",
-         number(o.*overspill.value * overspill.factor),
-         number(o.first_ring_mm * unit.per_mm), sizes(o, unit), l ? number(v.end_s) : "–",
+         number(o.*overspill.value * overspill.factor), number(o.first_ring_mm * unit.per_mm), sizes(o, unit),
+         l ? number(v.end_s) : "–",
          "<span title=\"" + escape_html(for_people(result.reason)) + "\">" + escape_html(result.outcome) +
              "</span>",
          verdict.empty() ? "–"

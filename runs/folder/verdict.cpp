@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kPercent = 100.0, kUm = 1e3;  // per mm
 
-// "edge of the measured surface: 0.21 mm wide from 10 to 90 % of the height; size error 0.44 mm along x, ...";
-// empty: not known.
+// "edge of the measured surface: 0.21 mm wide from 10 to 90 % of the height; size error 0.44 mm along x,
+// ..."; empty: not known.
 std::string edge_words(const OutlineStats& o, const LabWords& lab) {
   const auto length = [&](double mm) {
     return (std::signbit(mm) ? "-" : "") + lab.length(std::abs(mm) * kUm);
@@ -25,8 +25,8 @@ std::string edge_words(const OutlineStats& o, const LabWords& lab) {
   };
   add(o.edge_width_mm, length(o.edge_width_mm) + " wide from 10 to 90 % of the height");
   if (std::isfinite(o.size_error_y_mm))
-    add(o.size_error_x_mm,
-        "size error " + std::string(o.cut ? "at least " : "") + length(o.size_error_x_mm) + " along x, " + length(o.size_error_y_mm) + " along y");
+    add(o.size_error_x_mm, "size error " + std::string(o.cut ? "at least " : "") + length(o.size_error_x_mm) +
+                               " along x, " + length(o.size_error_y_mm) + " along y");
   add(o.first_ring_mm, "first ring " + length(o.first_ring_mm) + " high");
   add(o.corner_radius_mm, "corners of radius " + length(o.corner_radius_mm));
   return text.empty() ? "" : text + "\n";

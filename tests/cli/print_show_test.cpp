@@ -158,17 +158,19 @@ TEST_CASE("A print tells its missing volume beside its overspill, and what is kn
   r.outline.emplace();
   r.outline->missing = 0.00521;
   r.outline->edge_width_mm = 0.2124;
-  CHECK_THAT(result_lines(r, lab_words("inkjet")),
-             Contains("overspill of the measured surface: 9.25 % of the part's volume lies beside it, 0.521 % is "
-                      "missing inside\n"
-                      "edge of the measured surface: 212 um wide from 10 to 90 % of the height\n"));
+  CHECK_THAT(
+      result_lines(r, lab_words("inkjet")),
+      Contains("overspill of the measured surface: 9.25 % of the part's volume lies beside it, 0.521 % is "
+               "missing inside\n"
+               "edge of the measured surface: 212 um wide from 10 to 90 % of the height\n"));
   r.outline->size_error_x_mm = 0.441;
   r.outline->size_error_y_mm = -0.0312;
   r.outline->corner_radius_mm = 0.09;
   CHECK_THAT(result_lines(r, lab_words("inkjet")),
              Contains("; size error 441 um along x, -31.2 um along y; corners of radius 90 um\n"));
   r.outline->cut = true;
-  CHECK_THAT(result_lines(r, lab_words("inkjet")), Contains("; size error at least 441 um along x, -31.2 um"));
+  CHECK_THAT(result_lines(r, lab_words("inkjet")),
+             Contains("; size error at least 441 um along x, -31.2 um"));
   const auto json = nlohmann::json::parse(print_json(over(r)));
   CHECK(json["missing_pct"].get<double>() == Approx(0.521));
   CHECK(json["part_rms_um"].is_null());

@@ -107,7 +107,8 @@ control::Setup placed_setup(const OffsetOptions& options) {
   const OffsetTable table(options);
   s.offsets.table = table;
   s.offsets.kernels.clear();
-  for (int n = 0; n < table.size(); ++n) s.offsets.kernels.push_back(deposition::mixed_kernel(s.model, table[n]));
+  for (int n = 0; n < table.size(); ++n)
+    s.offsets.kernels.push_back(deposition::mixed_kernel(s.model, table[n]));
   return s;
 }
 
@@ -164,7 +165,8 @@ TEST_CASE("places that a controller in Python cannot have are refused by cell an
 
 TEST_CASE("the shipped controller in Python aims the rim's droplets where control.rim_inset does") {
   const std::string text = read_file(FIRN_SOURCE_DIR "/experiments/python/inset.py");
-  for (const OffsetOptions& options : {OffsetOptions{OffsetKind::kX, 4, 4}, OffsetOptions{OffsetKind::kGrid, 4, 4}}) {
+  for (const OffsetOptions& options :
+       {OffsetOptions{OffsetKind::kX, 4, 4}, OffsetOptions{OffsetKind::kGrid, 4, 4}}) {
     const control::Setup setup = placed_setup(options);
     const Decision d =
         made_on(setup, Files(text), "Inset(inset=0.3)")->decide({HeightMap(setup.grid, 0.0), 0, 0, 0.0});

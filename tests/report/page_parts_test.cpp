@@ -110,7 +110,8 @@ TEST_CASE("An edge that no map tells is shown as that of the true surface, and s
   CHECK_FALSE(row.contains("overspill [%]"));
 }
 
-TEST_CASE("The table of edges names the surface of each row, and has one for a part without maps of its edge") {
+TEST_CASE(
+    "The table of edges names the surface of each row, and has one for a part without maps of its edge") {
   RunData run = made_run("smf", "disc", 0.4, 0.001, 3);
   const std::vector<ReportRun> true_only{{run, ""}};
   CHECK(report::edge_table(true_only, {"smf"}).empty());

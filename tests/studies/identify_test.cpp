@@ -153,9 +153,11 @@ TEST_CASE("A run of full layers is refused with what it does tell") {
   CHECK(id.layer_height.mean_mm == Approx(1.1 * 0.0076).epsilon(0.03));
 }
 
-TEST_CASE("A long run of layers that are much alike is refused before anything is fitted, a short one after it") {
-  const std::vector<std::string> usual = {"control.scheme=smf", "part.width_mm=3", "part.depth_mm=3", "grid.nx=14",
-                                          "grid.ny=14", "control.max_layers=400", "process.nozzle_gap_mm=2"};
+TEST_CASE(
+    "A long run of layers that are much alike is refused before anything is fitted, a short one after it") {
+  const std::vector<std::string> usual = {
+      "control.scheme=smf", "part.width_mm=3",        "part.depth_mm=3",        "grid.nx=14",
+      "grid.ny=14",         "control.max_layers=400", "process.nozzle_gap_mm=2"};
   const auto of_height = [&](const char* mm) {
     std::vector<std::string> overrides = usual;
     overrides.push_back(std::string("part.height_mm=") + mm);
@@ -172,8 +174,8 @@ TEST_CASE("A long run of layers that are much alike is refused before anything i
 }
 
 TEST_CASE("What a look at some layers finds of a long run is near what its fit finds") {
-  const ObservedRun run = observe_print(
-      kExperiments + "excitation.toml", {"control.pattern.layers=90", "grid.nx=16", "grid.ny=16",
+  const ObservedRun run = observe_print(kExperiments + "excitation.toml",
+                                        {"control.pattern.layers=90", "grid.nx=16", "grid.ny=16",
                                          "part.width_mm=3.5", "part.depth_mm=3.5", "control.max_layers=400"});
   const std::optional<double> glance = run.glance_excitation();
   REQUIRE(glance);

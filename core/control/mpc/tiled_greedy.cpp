@@ -55,7 +55,11 @@ class Tiles {
   }
 
  private:
-  enum Stale : std::uint8_t { kNone, kRim, kWhole };  // cells of a tile of which a change may better the layer
+  enum Stale : std::uint8_t {
+    kNone,
+    kRim,
+    kWhole
+  };  // cells of a tile of which a change may better the layer
   struct Searched {
     std::int64_t evaluations = 0;
     std::vector<std::uint32_t> changed;  // cells of the grid
@@ -116,7 +120,8 @@ class Tiles {
   static Map part_of(const Map& whole, const Box& b, const GridSpec& grid) {
     Map part(grid);
     for (int j = 0; j < b.ny(); ++j)
-      std::copy_n(whole.data() + whole.spec.index(b.left, b.bottom + j), b.nx(), part.data() + grid.index(0, j));
+      std::copy_n(whole.data() + whole.spec.index(b.left, b.bottom + j), b.nx(),
+                  part.data() + grid.index(0, j));
     return part;
   }
 
@@ -138,7 +143,8 @@ class Tiles {
       for (std::size_t c = 0; c < drops.size(); ++c) drops.cells[c] = mask.cells[c] != 0;
     }
     for (int j = 0; j < b.ny(); ++j)
-      std::copy_n(drops.data() + grid.index(0, j), b.nx(), drops_.data() + drops_.spec.index(b.left, b.bottom + j));
+      std::copy_n(drops.data() + grid.index(0, j), b.nx(),
+                  drops_.data() + drops_.spec.index(b.left, b.bottom + j));
   }
 
   Searched search(int tile, std::int64_t evaluations, std::uint32_t pass) {

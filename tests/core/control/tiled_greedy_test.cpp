@@ -40,7 +40,8 @@ int bettering_changes(const StripInstance& in, const DropletPattern& drops, doub
 
 TEST_CASE("No single droplet betters a layer that was searched by tiles, in them or across their borders") {
   for (const std::uint64_t seed : {1, 2, 3}) {
-    const StripInstance in = random_instance(seed, 300, 140, false);  // 3 x 2 tiles, of 44 and 12 cells the last
+    const StripInstance in =
+        random_instance(seed, 300, 140, false);  // 3 x 2 tiles, of 44 and 12 cells the last
     const mpc::TiledLayer layer = tiled(in);
     CAPTURE(seed, layer.evaluations);
     CHECK(layer.optimal);
@@ -110,7 +111,8 @@ TEST_CASE("Tiles need hardly more evaluations a cell as the grid grows") {
   CHECK(large < 1.6 * small);  // rims are searched again
 }
 
-TEST_CASE("MPC decides a part of more than a quarter of a million cells by tiles, and a smaller one as before") {
+TEST_CASE(
+    "MPC decides a part of more than a quarter of a million cells by tiles, and a smaller one as before") {
   const StripInstance in = random_instance(10, 560, 560, false);
   REQUIRE(std::size_t(std::ranges::count(in.setup.mask.cells, 1)) > mpc::kTiledCells);
   ControlOptions o;

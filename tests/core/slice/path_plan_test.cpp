@@ -184,7 +184,8 @@ TEST_CASE("A layer that equals one before it has the paths that it would have al
   outlines::add_box(scaffold, 40, 0, 70, 30);
   for (const FillPattern pattern :
        {FillPattern::kConcentric, FillPattern::kLines, FillPattern::kZigzag, FillPattern::kNone})
-    for (const SeamPlacement seam : {SeamPlacement::kNearest, SeamPlacement::kAligned, SeamPlacement::kRandom}) {
+    for (const SeamPlacement seam :
+         {SeamPlacement::kNearest, SeamPlacement::kAligned, SeamPlacement::kRandom}) {
       PathOptions options;
       options.part.pattern = pattern;
       options.seam = seam;
