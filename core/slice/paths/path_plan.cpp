@@ -132,20 +132,8 @@ void check(const PathOptions& o) {
   check_options("paths", kPathOrder, o);
 }
 
-namespace {
-
-// Paths depend on the layer's number by the fill's direction and by hooks; random seams by itself.
-PlannedLayer key_of(const LayerRegions& regions, const PathOptions& options) {
-  const auto turns = [](const ExtrusionOptions& e) {
-    return e.pattern == FillPattern::kLines || e.pattern == FillPattern::kZigzag;
-  };
-  PlannedLayer key{regions, options, hooks_in(regions.layer, options.hook), {}};
-  key.regions.layer = !turns(options.part) && !turns(options.scaffold) ? 0 : regions.layer % 2 ? 1 : 2;
-  key.regions.z = key.regions.height = 0;
-  return key;
-}
-
-LayerPaths plan_new_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work) {
+LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work) {
+  check(options);
   LayerPaths paths;
   paths.layer = regions.layer;
   paths.z = regions.z;
@@ -168,29 +156,6 @@ LayerPaths plan_new_layer(const LayerRegions& regions, const PathOptions& option
   }
   if (options.measure.on && options.measure.material < regions.by_material.size())
     plan_measurement(regions.by_material[options.measure.material], options, paths);
-  return paths;
-}
-
-}  // namespace
-
-LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work) {
-  constexpr std::size_t kKept = 2;  // one for each direction of the fill
-  check(options);
-  if (options.seam == SeamPlacement::kRandom) return plan_new_layer(regions, options, work);
-  PlannedLayer key = key_of(regions, options);
-  const auto known = std::ranges::find_if(work.planned, [&](const PlannedLayer& l) {
-    return l.hooks == key.hooks && l.options == key.options && l.regions == key.regions;
-  });
-  if (known == work.planned.end()) {
-    if (work.planned.size() == kKept) work.planned.erase(work.planned.begin());
-    key.paths = plan_new_layer(regions, options, work);
-    work.planned.push_back(std::move(key));
-    return work.planned.back().paths;
-  }
-  LayerPaths paths = known->paths;
-  paths.layer = regions.layer;
-  paths.z = regions.z;
-  paths.height = regions.height;
   return paths;
 }
 

@@ -22,26 +22,15 @@ struct LayerRegions {
   geometry::Rings contours = {};  ///< from which all but the scaffold was simplified; empty: unknown
   double simplified_mm = 0;       ///< maximum distance from them
   bool contours_alone = false;    ///< the regions are bounded by them alone: no other part was subtracted
-  bool operator==(const LayerRegions&) const = default;
-};
-
-/// A layer that was planned, with all that its paths depend on.
-struct PlannedLayer {
-  LayerRegions regions;  ///< its number is 1 or 2 by the fill's direction, 0 without; z and height are 0
-  PathOptions options;
-  int hooks = 0;
-  LayerPaths paths;
 };
 
 /// Working memory that plan_layer() keeps from layer to layer; one for each calling thread.
 struct PathWork {
   OffsetWork offsets;
   GapFiller fill_gaps;
-  std::vector<PlannedLayer> planned;  ///< the last ones; upright walls give the same layer many times
 };
 
-/// Returns all paths of a layer. Layers are independent: any order and any thread will do. One that equals a
-/// layer in `work.planned` is planned by a copy.
+/// Returns all paths of a layer. Layers are independent: any order and any thread will do.
 LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work);
 LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options);
 

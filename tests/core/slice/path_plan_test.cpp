@@ -177,49 +177,6 @@ TEST_CASE("Lines turn from layer to layer") {
   }
 }
 
-TEST_CASE("A layer that equals one before it has the paths that it would have alone, whatever its number") {
-  geometry::Region box, other, scaffold;
-  outlines::add_box(box, 0, 0, 30, 22);
-  outlines::add_box(other, 0, 0, 30, 25);
-  outlines::add_box(scaffold, 40, 0, 70, 30);
-  for (const FillPattern pattern :
-       {FillPattern::kConcentric, FillPattern::kLines, FillPattern::kZigzag, FillPattern::kNone})
-    for (const SeamPlacement seam :
-         {SeamPlacement::kNearest, SeamPlacement::kAligned, SeamPlacement::kRandom}) {
-      PathOptions options;
-      options.part.pattern = pattern;
-      options.seam = seam;
-      options.hook.on = true;
-      options.hook.two_from_layer = 3;
-      options.hook.last_layer = 5;
-      PathWork work;
-      for (int layer = 1; layer <= 9; ++layer) {
-        if (layer == 7) options.part.fill_width_mm = 2.0;
-        LayerRegions regions = layer_of(layer == 8 ? other : box, layer);
-        regions.by_material.push_back(scaffold);
-        CAPTURE(int(pattern), int(seam), layer);
-        CHECK(plan_layer(regions, options, work) == plan_layer(regions, options));
-      }
-      CHECK(work.planned.size() <= 2);
-    }
-}
-
-TEST_CASE("Of a hundred equal layers one is planned for each direction of the fill") {
-  geometry::Region box;
-  outlines::add_box(box, 0, 0, 30, 22);
-  PathOptions options;
-  options.part.pattern = FillPattern::kLines;
-  PathWork work;
-  std::vector<const geometry::Point*> kept;  // a new plan has new memory
-  for (int layer = 1; layer <= 100; ++layer) {
-    plan_layer(layer_of(box, layer), options, work);
-    if (layer == 2)
-      for (const PlannedLayer& l : work.planned) kept.push_back(l.paths.lines.points.data());
-  }
-  REQUIRE(work.planned.size() == 2);
-  for (std::size_t n = 0; n < 2; ++n) CHECK(work.planned[n].paths.lines.points.data() == kept[n]);
-}
-
 TEST_CASE("Order and seams change neither paths nor their number, and 2-opt never lengthens the way") {
   for (const FillPattern pattern : {FillPattern::kConcentric, FillPattern::kLines}) {
     for (const outlines::Named& shape : outlines::all()) {
