@@ -37,6 +37,7 @@ Json as_json(const LayerRow& r) {
           {"edge_width_um", number(r.outline.edge_width_mm * kShownUm)},
           {"size_x_um", number(r.outline.size_error_x_mm * kShownUm)},
           {"size_y_um", number(r.outline.size_error_y_mm * kShownUm)},
+          {"size_cut", r.outline.cut},
           {"droplets", r.droplets > 0 ? Json(r.droplets) : Json(nullptr)},
           {"predicted_rms_um", number(r.predicted_rms_um)},
           {"measured_rms_um", number(r.rms_um)},

@@ -260,7 +260,7 @@ THE SOFTWARE. */
         ${e?.overspill_percent!=null&&x`<${Ot} name="Overspill" value=${e.overspill_percent} unit="percent" />`}
         ${e?.missing_percent!=null&&x`<${Ot} name="Missing inside" value=${e.missing_percent} unit="percent" />`}
         ${fg.map(([i,s])=>e?.[s]!=null&&x`
-          <${Ot} key=${s} name=${i} value=${Ct(e[s],t.height_unit)} unit=${t.height_unit} />`)}
+          <${Ot} key=${s} name=${e.size_cut&&s.startsWith("size")?`${i}, at least`:i} value=${Ct(e[s],t.height_unit)} unit=${t.height_unit} />`)}
         ${e?.droplets!=null&&x`<${Ot} name=${Uc(t.hello.run.amount??"droplets")} value=${e.droplets} />`}
         ${e?.decision_ms!=null&&x`<${Ot} name="Decision took" value=${e.decision_ms} unit="ms" />`}
         ${r&&n?.flow&&x`<${Ot} name="Flow" value=${n.flow.value} unit=${n.flow.unit}

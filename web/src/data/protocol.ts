@@ -84,6 +84,7 @@ export interface Layer {
   edge_width_um?: number | null;    // from 10 to 90 % of the height
   size_x_um?: number | null;        // error of the width at half height
   size_y_um?: number | null;
+  size_cut?: boolean;               // the map's border cuts the surface: the part may be wider
   droplets: number | null;
   predicted_rms_um: number | null;
   measured_rms_um: number | null;

@@ -24,7 +24,7 @@ export function Now({session}: {session: Session}) {
         ${layer?.overspill_percent != null && html`<${Value} name="Overspill" value=${layer.overspill_percent} unit="percent" />`}
         ${layer?.missing_percent != null && html`<${Value} name="Missing inside" value=${layer.missing_percent} unit="percent" />`}
         ${kEdge.map(([name, key]) => layer?.[key] != null && html`
-          <${Value} key=${key} name=${name} value=${in_height_unit(layer[key], session.height_unit)} unit=${session.height_unit} />`)}
+          <${Value} key=${key} name=${layer.size_cut && key.startsWith("size") ? `${name}, at least` : name} value=${in_height_unit(layer[key], session.height_unit)} unit=${session.height_unit} />`)}
         ${layer?.droplets != null && html`<${Value} name=${capital(session.hello.run.amount ?? "droplets")} value=${layer.droplets} />`}
         ${layer?.decision_ms != null && html`<${Value} name="Decision took" value=${layer.decision_ms} unit="ms" />`}
         ${newest && state?.flow && html`<${Value} name="Flow" value=${state.flow.value} unit=${state.flow.unit}
