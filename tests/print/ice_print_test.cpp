@@ -35,16 +35,16 @@ TEST_CASE("A small ice print finishes in process, replays bit for bit, passes th
   REQUIRE(data.ice->field);
   REQUIRE(data.ice->curve);
   CHECK(data.layers.back().truth);
-  REQUIRE(data.outline);  // of the block with its scaffold, which is 3.6 mm high
-  CHECK(data.outline->overspill > 0.0);
-  CHECK(data.outline->overspill < 0.3);
-  CHECK(data.outline->first_ring_mm > 0.0);
-  CHECK(data.outline->first_ring_mm < 3.6);
-  CHECK(std::abs(data.outline->size_error_x_mm) < 1.5);
-  CHECK(std::abs(data.outline->size_error_y_mm) < 1.5);
-  CHECK_FALSE(data.outline->cut);
-  REQUIRE(data.layers.back().outline);
-  CHECK(data.layers.back().outline->overspill == data.outline->overspill);
+  const std::optional<OutlineStats>& outline = data.layers.back().true_outline;
+  REQUIRE(outline);  // of the block with its scaffold, which is 3.6 mm high
+  CHECK_FALSE(data.layers.back().measured_outline);
+  CHECK(outline->overspill > 0.0);
+  CHECK(outline->overspill < 0.3);
+  CHECK(outline->first_ring_mm > 0.0);
+  CHECK(outline->first_ring_mm < 3.6);
+  CHECK(std::abs(outline->size_error_x_mm) < 1.5);
+  CHECK(std::abs(outline->size_error_y_mm) < 1.5);
+  CHECK_FALSE(outline->cut);
   bool shown_where_laid = true;
   for (std::size_t c = 0; c < data.height.size(); ++c)
     shown_where_laid &= data.mask.cells[c] || !std::isfinite(data.height.cells[c]);
