@@ -175,8 +175,8 @@ TEST_CASE(
 
 TEST_CASE("What a look at some layers finds of a long run is near what its fit finds") {
   const ObservedRun run = observe_print(kExperiments + "excitation.toml",
-                                        {"control.pattern.layers=90", "grid.nx=16", "grid.ny=16",
-                                         "part.width_mm=3.5", "part.depth_mm=3.5", "control.max_layers=400"});
+                                        {"control.pattern.layers=82", "grid.nx=11", "grid.ny=11",
+                                         "part.width_mm=2.2", "part.depth_mm=2.2", "control.max_layers=400"});
   const std::optional<double> glance = run.glance_excitation();
   REQUIRE(glance);
   const double fitted = run.learn().all.excitation;
