@@ -189,7 +189,7 @@ int run_print(const Product& product, const PrintOptions& given) {
     runs::require_run(options.resume);
     std::optional<runs::RunLock> lock(std::in_place, options.resume, runs::RunUse::kPrint);
     const runs::RunFolder run = runs::RunFolder::open(options.resume);
-    runs::require_own_python(options.resume, options.run_python);
+    runs::require_own_resume(options.resume, options.run_python);
     const auto result = run.result();
     if (result && !runs::can_go_on(*result) && runs::seal_end(run.path(), result->outcome)) {
       fmt::print(stderr, "{}: the end of this run had no seal; it is sealed as found\n", options.resume);
@@ -306,8 +306,10 @@ void declare_print(OptionSet& options) {
   options.flag("--no-page", o.no_page, "do not");
   options.flag("--unsealed", o.unsealed,
                "with --resume: go on though the run folder is not as it was sealed; the next seal says so");
-  options.flag("--run-python", o.run_python,
-               "with --resume: run the Python code in a run of another user or host; docs/security.md");
+  options.flag(
+      "--run-python", o.run_python,
+      "with --resume: run the code in a run of another user or host: Python, commands, what is on its hosts; "
+      "docs/security.md");
   options.json_flag(o.json);
 }
 

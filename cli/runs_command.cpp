@@ -19,6 +19,7 @@
 #include "print/hosts/run_hosts.h"
 #include "print/progress.h"
 #include "runs/find/run_facts.h"
+#include "runs/folder/host_record.h"
 #include "runs/folder/list.h"
 #include "runs/folder/pack.h"
 #include "runs/folder/run_folder.h"
@@ -87,6 +88,10 @@ int for_each_run(const RunsOptions& o, const std::string& action) {
 // The records that a print left on other hosts.
 void collect(const fs::path& folder) {
   const runs::RunFolder run = runs::RunFolder::open(folder);
+  if (runs::host_records(folder).empty()) {
+    fmt::print("{}: was printed on one computer: there is nothing to collect\n", folder.string());
+    return;
+  }
   const runs::RunLock lock(folder, runs::RunUse::kWrite);
   collect_records(run, fs::read_symlink("/proc/self/exe").parent_path(),
                   [](const std::string& text) { fmt::print(stderr, "{}\n", text); });

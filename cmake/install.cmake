@@ -15,6 +15,7 @@ if(FIRN_SPY)
 endif()
 install(DIRECTORY experiments labs DESTINATION share/firn COMPONENT firn
   PATTERN results EXCLUDE PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY lcmtypes DESTINATION share/firn COMPONENT firn FILES_MATCHING PATTERN *.lcm)  # for programs of the lab's own
 install(DIRECTORY docs DESTINATION share/firn COMPONENT firn FILES_MATCHING PATTERN *.md PATTERN openapi.json PATTERN images EXCLUDE)
 install(FILES tests/examples/fake_lab.py tests/examples/fake_instruments.py  # the lab of docs/tutorials/your-lab.md
   DESTINATION share/firn/tests/examples COMPONENT firn)

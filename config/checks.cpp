@@ -87,6 +87,16 @@ void check_hosts(Rules& r) {
   }
 }
 
+// Names become parts of channels, and names of files.
+void check_own_programs(Rules& r) {
+  for (const auto& [name, program] : r.experiment().own_programs) {
+    const std::string key = "nodes." + name + ".command";
+    r.require(is_own_name(name), {key.c_str()}, std::string("the name must be ") + kOwnNameForm);
+    r.require(program.command.find_first_not_of(' ') != std::string::npos, {key.c_str()},
+              "must be a command");
+  }
+}
+
 void check_coupled(Rules& r) {
   const Experiment& e = r.experiment();
   const auto outside = outside_ports(e);
@@ -199,7 +209,7 @@ void check_passes(Rules& r) {
 void check_estimator(Rules& r) {
   const Experiment& e = r.experiment();
   const bool on = e.estimator.droplets != "off";
-  r.require(on || e.control.adapt_model == "off", {"control.adapt_model", "estimator.droplets"},
+  r.require(on || e.control.adapt_model != "on", {"control.adapt_model", "estimator.droplets"},
             "needs estimator.droplets = \"on\", which learns the model");
   r.require(e.estimator.droplets != "camera" || firn::on(e.camera.use), {"estimator.droplets", "camera.use"},
             "needs camera.use = \"on\", which sees the droplets' volume");
@@ -388,6 +398,7 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
   check_dialects(rules);
   check_devices(rules);
   check_hosts(rules);
+  check_own_programs(rules);
   if (whole) check_coupled(rules);
   lab_of(experiment).check(rules);
 }

@@ -3,12 +3,21 @@
 
 namespace firn {
 
+namespace {
+
+bool is_empty(const Field& f) {
+  if (const auto* const text = std::get_if<std::string*>(&f.value)) return (*text)->empty();
+  const auto* const number = std::get_if<double*>(&f.value);
+  return number && **number == 0.0;
+}
+
+}  // namespace
+
 std::string dump(const Experiment& experiment) {
   Experiment copy = experiment;
   std::vector<Field> table = fields(copy);
-  std::erase_if(table, [&](const Field& f) {
-    return !belongs(f, experiment) || (f.only_if_given && std::get<std::string*>(f.value)->empty());
-  });
+  std::erase_if(table,
+                [&](const Field& f) { return !belongs(f, experiment) || (f.only_if_given && is_empty(f)); });
   return fields_toml(table);
 }
 
@@ -16,6 +25,8 @@ std::vector<ConfigDifference> differences(const Experiment& a, const Experiment&
   Experiment copy_a = a, copy_b = b;
   for (const auto& [host, _] : a.hosts.address) copy_b.hosts.address.try_emplace(host);
   for (const auto& [host, _] : b.hosts.address) copy_a.hosts.address.try_emplace(host);
+  for (const auto& [name, _] : a.own_programs) copy_b.own_programs.try_emplace(name);
+  for (const auto& [name, _] : b.own_programs) copy_a.own_programs.try_emplace(name);
   const std::vector<Field> fields_a = fields(copy_a), fields_b = fields(copy_b);
   std::vector<ConfigDifference> out;
   for (std::size_t n = 0; n < fields_a.size(); ++n) {

@@ -12,6 +12,7 @@
 
 #include "config/aerosol.h"
 #include "config/ice.h"
+#include "config/own_programs.h"
 #include "core/control/options.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/deposition/height_change.h"
@@ -71,7 +72,8 @@ struct ControlConfig : control::ControlOptions {
       surface;             ///< ice: its gains are smf's, its scheme and interval follow from the lab's
   std::uint64_t seed = 1;  ///< of the search's random order
   double smoothing = 0.0;  ///< 1 = robust DCT smoothing with automatic parameter, 0 = raw map
-  std::string adapt_model = "off";  ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm
+  std::string adapt_model = "off";  ///< "on": h1..h3 of HEIGHT_MODEL take the place of model.h1_mm..h3_mm;
+                                    ///< "own:NAME": those of OWN_HEIGHT_MODEL by that program
   std::string height_estimate =
       "map";  ///< "kalman": the map blended with the height predicted from the executed droplets
   droplet::HeightFilterOptions filter;  ///< of "kalman"; droplet_scatter until droplet_estimator reports one
@@ -256,6 +258,7 @@ struct Experiment {
   BusConfig bus;
   DevicesConfig devices;
   HostsConfig hosts;
+  OwnPrograms own_programs;
 
   // Out of line: the constructors of all parts would be compiled again in each of a hundred sources.
   Experiment();

@@ -22,6 +22,10 @@ inline Limits path() {
   return limits;
 }
 inline Limits one_of(std::vector<std::string_view> choices) { return {{}, std::move(choices)}; }
+inline Limits or_own(Limits limits) {
+  limits.or_own = true;
+  return limits;
+}
 
 /// The key of one option. @param meaning instead of the option's own
 template <class Struct, class Value>

@@ -125,8 +125,9 @@ Table control_fields(Experiment& e) {
       row("control.max_layers", c.max_layers, kControlMaxLayers),
       {"control.smoothing", &c.smoothing, "", within(0, 1),
        "1 = robust DCT smoothing of the map [Garcia 2010], 0 = raw map"},
-      {"control.adapt_model", &c.adapt_model, "", one_of({"off", "on"}),
-       "on: MPC plans with the h1..h3 that droplet_estimator has learned so far"},
+      {"control.adapt_model", &c.adapt_model, "", or_own(one_of({"off", "on"})),
+       "on: MPC plans with the h1..h3 that droplet_estimator has learned so far; own:NAME: with those that a "
+       "program of your own sends"},
       {"control.height_estimate", &c.height_estimate, "", one_of({"map", "kalman"}),
        "what the scheme sees: the map, or the map blended with what the executed droplets must have added"},
       row("control.droplet_scatter", c.filter.droplet_scatter, droplet::kDropletScatter),
@@ -343,6 +344,22 @@ Table host_fields(Experiment& e) {
   return t;
 }
 
+Table own_program_fields(Experiment& e) {
+  Table t;
+  for (auto& [name, program] : e.own_programs) {
+    const std::string section = "nodes." + name + ".";
+    t.push_back(only_if_given({section + "command", &program.command, "", text(),
+                               "program of the lab's own that the print starts, as /bin/sh takes it"}));
+    t.push_back(only_if_given({section + "needed", &program.needed, "", one_of({"on", "off"}),
+                               "on: the print stops safely when the program ends; off: it goes on"}));
+    t.push_back(
+        only_if_given({section + "longest_silence_s", &program.longest_silence_s, "s", within(0, 3600),
+                       "wall time without a message of the program, after which it counts as ended; 0 = "
+                       "it may be silent"}));
+  }
+  return t;
+}
+
 }  // namespace
 
 std::vector<Field> extra_fields(std::span<const control::ExtraOption> options, std::string_view scheme,
@@ -395,6 +412,7 @@ std::vector<Field> fields(Experiment& e) {
   for (const LabKind* lab : lab_kinds())
     if (lab->fields) add(t, lab->fields(e));
   add(t, host_fields(e));
+  add(t, own_program_fields(e));
   return t;
 }
 

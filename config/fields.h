@@ -19,6 +19,7 @@ namespace firn {
 struct Limits : Range {
   std::vector<std::string_view> choices;  ///< of words; empty = any printable text
   bool is_path = false;                   ///< relative to the folder of the file that gives it
+  bool or_own = false;     ///< words: or own:NAME, a program of the lab's own (config/own_programs.h)
   bool or_python = false;  ///< words: or a class in a Python file (core/control/python_scheme.h)
 
   Limits(const Range& range = {}, std::vector<std::string_view> words = {})
@@ -43,7 +44,7 @@ struct Field {
   std::string_view meaning;
   bool between_layers = false;   ///< the operator may change it while the print runs
   std::string_view scheme = {};  ///< that alone has the key; empty: any
-  bool only_if_given = false;    ///< a text that is not in the dump while it is empty
+  bool only_if_given = false;    ///< not in the dump while it is empty or zero
 
   std::string_view section() const { return std::string_view(key).substr(0, key.rfind('.')); }
   std::string_view name() const { return std::string_view(key).substr(key.rfind('.') + 1); }

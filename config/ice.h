@@ -70,7 +70,8 @@ struct ValveLineConfig : drivers::ValveDriveConfig {
 };
 
 struct FlowConfig {                  ///< flow_estimator and the use of its estimate
-  std::string feed_forward = "off";  ///< "on": the estimated Q(nu) replaces the calibrated curve
+  std::string feed_forward = "off";  ///< "on": the estimated Q(nu) replaces the calibrated curve; "own:NAME":
+                                     ///< that of OWN_FLOW_MODEL by that program
 };
 
 /// Truth of the simulated ice lab, which no controller reads.

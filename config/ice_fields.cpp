@@ -107,7 +107,7 @@ Table instrument_table(Experiment& e) {
   add(t, rows("laser_point.", e.laser_point, drivers::kLaserPointConfig));
   add(t, rows("heater.", e.heater, drivers::kHeaterConfig));
   add(t, {
-             {"flow.feed_forward", &e.flow.feed_forward, "", one_of({"off", "on"}),
+             {"flow.feed_forward", &e.flow.feed_forward, "", or_own(one_of({"off", "on"})),
               "on: the flow that flow_estimator has learned takes the place of the calibrated curve"},
          });
   return t;

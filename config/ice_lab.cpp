@@ -65,7 +65,7 @@ control::SurfaceOptions surface_options(const Experiment& e, int last_layer) {
   o.scheme = e.control.scheme;
   o.interval_mm = e.ice.interval_layers * e.ice.layer_height_mm;
   o.output_limit = e.control.smf.output_limit;
-  o.feed_forward = e.flow.feed_forward == "on";
+  o.feed_forward = e.flow.feed_forward != "off";
   o.last_layer = last_layer;
   o.stop_after = e.control.scheme == "open_loop" ? 0 : e.ice.max_saturated_intervals;
   o.stop_share = e.ice.saturated_share;

@@ -424,6 +424,22 @@ void name_hosts(const std::vector<toml::table>& tables, const std::vector<std::s
       e.hosts.address.try_emplace(assignment.substr(kSection.size(), assignment.find('=') - kSection.size()));
 }
 
+// So do the programs of the lab's own: every [nodes.NAME] with a command.
+void name_own_programs(const std::vector<toml::table>& tables, const std::vector<std::string>& overrides,
+                       Experiment& e) {
+  constexpr std::string_view kSection = "nodes.", kKey = ".command";
+  for (const toml::table& table : tables)
+    if (const toml::table* const nodes = table["nodes"].as_table())
+      for (const auto& [name, node] : *nodes)
+        if (const toml::table* const keys = node.as_table(); keys && keys->contains("command"))
+          e.own_programs.try_emplace(std::string(name.str()));
+  for (const std::string& assignment : overrides) {
+    const std::string key = assignment.substr(0, assignment.find('='));
+    if (key.starts_with(kSection) && key.ends_with(kKey) && key.size() > kSection.size() + kKey.size())
+      e.own_programs.try_emplace(key.substr(kSection.size(), key.size() - kSection.size() - kKey.size()));
+  }
+}
+
 Experiment parse_onto(Experiment experiment,
                       const std::vector<std::pair<std::string, std::string>>& named_texts,
                       const std::vector<std::string>& overrides, std::vector<ConfigError>* mistakes = nullptr,
@@ -431,6 +447,7 @@ Experiment parse_onto(Experiment experiment,
   std::vector<toml::table> tables;
   for (const auto& [file, text] : named_texts) tables.push_back(parse_text(text, file));
   name_hosts(tables, overrides, experiment);
+  name_own_programs(tables, overrides, experiment);
   MetaReader own_meta;
   MetaReader& meta = told_meta ? *told_meta : own_meta;
   Reader reader(firn::fields(experiment), mistakes, recorded, &meta);

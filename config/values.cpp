@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "config/fields.h"
+#include "config/own_programs.h"
 #include "core/control/python_scheme.h"
 #include "files/nearest.h"
 
@@ -76,6 +77,8 @@ std::string broken_python_scheme(const std::string& text) try {
 }
 
 std::string broken_text(const std::string& text, const Limits& limits) {
+  if (const std::string_view name = own_source(text); limits.or_own && !name.empty())
+    return is_own_name(name) ? "" : std::string("must name a program after own: ") + kOwnNameForm;
   if (limits.or_python && control::is_python_scheme(text)) return broken_python_scheme(text);
   if (!limits.choices.empty()) {
     if (std::find(limits.choices.begin(), limits.choices.end(), text) != limits.choices.end()) return "";
@@ -103,6 +106,7 @@ std::string limits_text(const Field& field) {
   if (!l.choices.empty()) {
     std::string out = "one of ";
     for (std::string_view c : l.choices) out += (c == l.choices.front() ? "" : ", ") + std::string(c);
+    if (l.or_own) out += ", own:NAME of a program of your own";
     return l.or_python ? out + ", " + std::string(control::kPythonSchemeForm) : out;
   }
   return text(l);

@@ -107,7 +107,7 @@ std::string resume_refusal(const fs::path& run) try {
     const runs::RunResult result = runs::parse_result(read_file(file), RunPaths::kResult);
     if (!runs::can_go_on(result)) return "the run is over: " + result.outcome;
   }
-  runs::require_own_python(run, false);
+  runs::require_own_resume(run, false);
   return "";
 } catch (const std::exception& e) {
   return e.what();

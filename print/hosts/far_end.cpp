@@ -61,6 +61,9 @@ int FarEnd::run(int in_fd, int out_fd) {
       link_->say("", "ERROR " + trouble);
       stop_all(trouble);
     }
+  if (!greeted_)
+    throw UsageError(
+        "no launcher spoke: firn print starts firn host on the computers of [hosts], by ssh; docs/hosts.md");
   return handed_over_ ? 0 : 1;
 }
 

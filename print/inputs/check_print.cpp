@@ -40,6 +40,14 @@ void check_print(const Experiment& e, const std::string& bus) {
   if (const auto outside = outside_ports(e); bus == "in-process" && !outside.empty())
     throw UsageError("devices." + outside.begin()->first + ".port = \"" + to_text(outside.begin()->second) +
                      "\": --bus in-process reaches no instrument outside the simulated world");
+  if (bus == "in-process" && !e.own_programs.empty())
+    throw UsageError("nodes." + e.own_programs.begin()->first +
+                     ".command: --bus in-process has no bus for a program of your own");
+  for (const auto& [key, value] : {std::pair("control.adapt_model", e.control.adapt_model),
+                                   std::pair("flow.feed_forward", e.flow.feed_forward)})
+    if (bus == "in-process" && !own_source(value).empty())
+      throw UsageError(
+          fmt::format("{} = \"{}\": --bus in-process has no bus for a program of your own", key, value));
   try {
     plant::check(plant::world_config(e));
   } catch (const std::invalid_argument& error) {

@@ -1,7 +1,6 @@
 #include "print/live/launcher.h"
 
 #include <poll.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -24,8 +23,10 @@
 #include "print/folder/taking_part.h"
 #include "print/hosts/run_hosts.h"
 #include "print/live/busy_machine.h"
+#include "print/live/launch_signals.h"
 #include "print/live/run_watch.h"
 #include "print/operator/operator_desk.h"
+#include "print/own/own_print.h"
 #include "print/print_judge.h"
 #include "print/process/bus_port.h"
 #include "print/process/child_process.h"
@@ -61,33 +62,6 @@ bool tells(const std::string& fault, const std::string& reason) {
   const auto text = fault.find(": ");
   return reason.find(text == std::string::npos ? fault : fault.substr(text + 2)) != std::string::npos;
 }
-
-volatile sig_atomic_t interrupted = 0;
-
-/// While this lives, Ctrl-C, SIGTERM and the end of the terminal set a flag. Ctrl-Z and a closed pipe are
-/// ignored, by the processes that are started too: a lab that stands still under a lit lamp is neither safe
-/// nor printing.
-class Signals {
- public:
-  Signals() {
-    interrupted = 0;
-    for (std::size_t n = 0; n < std::size(kHandled); ++n) {
-      struct sigaction a {};
-      if (n < 3)
-        a.sa_handler = [](int) { interrupted = interrupted + 1; };
-      else
-        a.sa_handler = SIG_IGN;
-      ::sigaction(kHandled[n], &a, &before_[n]);
-    }
-  }
-  ~Signals() {
-    for (std::size_t n = 0; n < std::size(kHandled); ++n) ::sigaction(kHandled[n], &before_[n], nullptr);
-  }
-
- private:
-  static constexpr int kHandled[] = {SIGINT, SIGTERM, SIGHUP, SIGTSTP, SIGTTIN, SIGTTOU, SIGPIPE};
-  struct sigaction before_[std::size(kHandled)] = {};
-};
 
 double wall_s() { return double(monotonic_us()) * 1e-6; }
 
@@ -127,6 +101,7 @@ class Launch {
   void turn(double until_s);
   void take_lines();
   void find_the_dead();
+  void start_own();
   void start_page(const fs::path& program);
   void service_page();
   void ask_truth();
@@ -142,7 +117,7 @@ class Launch {
   const runs::RunFolder& folder_;
   const LaunchOptions& options_;
   Experiment experiment_;
-  Signals signals_;
+  LaunchSignals signals_;
   runs::FolderWatch place_;
   runs::LabLock lock_;
   PrintJudge judge_;
@@ -156,6 +131,7 @@ class Launch {
   std::vector<operator_command_t> earlier_orders_;  // of before the resume
   bool begun_ = false;                              // START was sent: the nodes can take orders
   std::optional<RunHosts> hosts_;
+  std::optional<OwnPrint> own_;
   std::vector<std::unique_ptr<NodeProcess>> children_;
   std::unique_ptr<ChildProcess> page_;               // no part of the print: its death is only told
   std::map<std::string, std::string> said_;          // last ERROR or FAULT line of each
@@ -259,6 +235,7 @@ void Launch::start_all() {
   for (const std::string& node : nodes)
     if (!hosts_->has(node)) start(node);
   if (!options_.page_token.empty()) start_page(programs / "page");
+  start_own();
   const ProcessOptions& o = args_.options;
   std::ofstream(folder_.clocks_path(), std::ios::app)
       << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " "
@@ -268,7 +245,26 @@ void Launch::start_all() {
   for (const auto& c : children_)
     if (!hosts_->has(c->name())) pids << c->name() << " " << c->pid() << "\n";
   for (const auto& [name, pid] : hosts_->pids()) pids << name << " " << pid << "\n";
+  for (const auto& [name, pid] : own_->pids()) pids << name << " " << pid << "\n";
   if (page_) pids << page_->name() << " " << page_->pid() << "\n";
+}
+
+void Launch::start_own() {
+  const auto publish = [this](OwnMessage&& m) {
+    std::visit([this](auto& one) { station_->send(channel_of(one), std::move(one)); }, m);
+  };
+  const auto warn = [this](const std::string& text) {
+    fault_t fault{};
+    fault.severity = std::int8_t(Severity::kWarning);
+    fault.node = "launcher";
+    fault.text = text;
+    station_->send(channels::fault(NodeId::kLauncher), fault);
+    if (options_.warned) options_.warned(fault);
+  };
+  own_.emplace(experiment_, folder_, args_.bus_url, key_, publish, warn,
+               [this](const std::string& text) { note(text); });
+  own_->start();
+  desk_->take_own([this](const std::string& order) { return own_->obey(order); });
 }
 
 // The page reads the files of the run and speaks to the desk, as firn ctl does: nothing of the print waits
@@ -302,6 +298,7 @@ bool Launch::await_ready() {
   while (!all_ready()) {
     turn(until);
     std::string trouble = hosts_->lost();
+    if (trouble.empty()) trouble = own_->lost();
     for (const auto& c : children_) {
       const auto& ending = c->poll_ending();
       if (ending && !(ending->code < 0 && ending->signal == 0))
@@ -316,7 +313,7 @@ bool Launch::await_ready() {
                                : ", ") +
               c->name();
     }
-    if (interrupted) trouble = "interrupted before the start";
+    if (signals_.interrupted()) trouble = "interrupted before the start";
     if (trouble.empty()) continue;
     cause_ = trouble;
     return false;
@@ -327,6 +324,7 @@ bool Launch::await_ready() {
 void Launch::begin() {
   station_->set_state(Heartbeat::kRunning);
   for (const auto& c : children_) c->say("START");
+  own_->begin();
   run_start_t start{};
   start.name = experiment_.run.name;
   start.commit = build_commit();
@@ -339,6 +337,7 @@ void Launch::begin() {
     std::map<std::string, int> pids;
     for (const auto& c : children_) pids[c->name()] = int(c->pid());
     pids.merge(hosts_->pids());
+    for (const auto& [name, pid] : own_->pids()) pids[name] = int(pid);
     options_.on_start(pids);
   }
 }
@@ -364,7 +363,7 @@ void Launch::watch() {
     if (const std::string moved = place_.trouble(); !moved.empty() && cause_.empty())
       cause_ = moved + " " + watch_->place();
     find_the_dead();
-    if (interrupted && cause_.empty()) cause_ = "interrupted by the operator " + watch_->place();
+    if (signals_.interrupted() && cause_.empty()) cause_ = "interrupted by the operator " + watch_->place();
     const bool ending = watch_->safe_stop() || watch_->end() || finish_;
     if (ending && stop_seen_s < 0.0) stop_seen_s = wall_s();
     if (ending && wall_s() > stop_seen_s + kSchedulerWithinS && cause_.empty()) {
@@ -387,8 +386,8 @@ void Launch::watch() {
 }
 
 void Launch::find_the_dead() {
-  if (const std::string lost = hosts_->lost(); !lost.empty() && cause_.empty())
-    cause_ = lost + " " + watch_->place();
+  for (const std::string& lost : {hosts_->lost(), own_->lost()})
+    if (!lost.empty() && cause_.empty()) cause_ = lost + " " + watch_->place();
   for (const auto& c : children_) {
     const auto& ending = c->poll_ending();
     if (!ending || !cause_.empty()) continue;
@@ -423,8 +422,9 @@ void Launch::end_all(const std::string& cause) {
   stop([](const std::string& name) { return name != "world" && name != "recorder"; }, kSafeWithinS);
   hosts_->collect([&] {
     turn(wall_s() + 0.2);
-    return interrupted < 2;  // the second time it means this wait
+    return signals_.interrupted() < 2;  // the second time it means this wait
   });
+  if (own_) own_->end(cause, [&] { turn(wall_s() + 0.2); });
   stop([](const std::string& name) { return name == "recorder"; }, kRecorderWithinS);
   stop([](const std::string& name) { return name == "world"; }, kWorldWithinS);
   std::error_code ignored;
@@ -456,8 +456,8 @@ LaunchReport Launch::report() {
     note(incomplete + (lost.empty() ? "" : ": " + lost) + "; firn runs collect " + report.folder.string() +
          " fetches the rest");
   if (!cause_.empty() || !watch_->end()) {
-    r.outcome = interrupted ? "interrupted" : "stopped safely";
-    r.status = interrupted ? kInterrupted : kSafetyStop;
+    r.outcome = signals_.interrupted() ? "interrupted" : "stopped safely";
+    r.status = signals_.interrupted() ? kInterrupted : kSafetyStop;
     r.reason = !cause_.empty() ? cause_ : finish_ ? finish_->second : "the scheduler said nothing";
     r.reason += port_words(r.reason) + busy_words(r.reason, watch_->fault_code());
     return report;
@@ -508,12 +508,14 @@ void Launch::turn(double until_s) {
   std::vector<pollfd> fds{{station_->fd(), POLLIN, 0}};
   for (const auto& c : children_) c->add_to(fds);
   if (hosts_) hosts_->add_to(fds);
+  if (own_) own_->add_to(fds);
   if (page_) page_->add_to(fds);
   if (begun_) desk_->add_to(fds);
   ::poll(fds.data(), nfds_t(fds.size()), left_ms);
   if (begun_)
     desk_->service([this](const OperatorOrder& order, const std::string& from) { obey(order, from); });
   station_->service();
+  if (own_) own_->service();
   if (desk_ && watch_->safe_stop()) desk_->on_safe_stop();
   take_lines();
   service_page();

@@ -21,8 +21,9 @@ namespace {
 constexpr int kBacklog = 128;  // who connects at one moment and waits to be accepted
 constexpr int kAcceptedPerTurn = 256;
 constexpr std::size_t kLongestLine_bytes = 4096;
+constexpr std::size_t kLongestOwnLine_bytes = 262'144;  // a message of 4,096 values as JSON
 constexpr std::size_t kLongestName_bytes = 40;
-constexpr std::string_view kFrom = "from ", kRun = "run ";
+constexpr std::string_view kFrom = "from ", kRun = "run ", kOwn = "own ";
 constexpr std::string_view kWaits = "note the print waits", kGoesOn = "note the print goes on";  // scheduler
 
 // A client that reads nothing must not hold up the print.
@@ -143,8 +144,9 @@ void OperatorDesk::read(Client& c, const Obey& obey) {
     c.buffer.erase(0, end + 1);
     take(c, line, obey);
   }
-  if (c.buffer.size() > kLongestLine_bytes) {
-    say(c.fd, "refused a line of more than " + std::to_string(kLongestLine_bytes) + " bytes");
+  const std::size_t longest = c.buffer.starts_with(kOwn) ? kLongestOwnLine_bytes : kLongestLine_bytes;
+  if (c.buffer.size() > longest) {
+    say(c.fd, "refused a line of more than " + std::to_string(longest) + " bytes");
     close();
   }
 }
@@ -182,13 +184,17 @@ std::string OperatorDesk::obey_line(Client& c, const std::string& line, const Ob
     c.run_id = line.substr(kRun.size());
     return {};
   }
+  if (line.starts_with(kOwn)) {
+    require_this_run(c);
+    if (!own_) throw UsageError("a print in one process takes nothing from other programs");
+    return own_(line.substr(kOwn.size()));
+  }
   std::istringstream in(line);
   std::int64_t id = 0;
   std::vector<std::string> words(1);
   if (!(in >> id >> words.front()) || id < 1 || id > std::int64_t(1) << 53)
     throw UsageError("ID VERB [KEY=VALUE] is wanted");
-  if (!c.run_id.empty() && c.run_id != std::to_string(run_id_))
-    throw UsageError("this print is run " + std::to_string(run_id_) + "; the order is for run " + c.run_id);
+  require_this_run(c);
   std::string rest;
   if (std::getline(in >> std::ws, rest); !rest.empty()) words.push_back(rest);
   OperatorOrder order = parse_order(words);
@@ -197,6 +203,11 @@ std::string OperatorDesk::obey_line(Client& c, const std::string& line, const Ob
   if (order.verb != OperatorVerb::kStop || !answer.starts_with("ok ") || stopped_) return answer;
   c.awaits_stop = true;
   return {};
+}
+
+void OperatorDesk::require_this_run(const Client& c) const {
+  if (!c.run_id.empty() && c.run_id != std::to_string(run_id_))
+    throw UsageError("this print is run " + std::to_string(run_id_) + "; the order is for run " + c.run_id);
 }
 
 // An order that was obeyed before is obeyed once: firn ctl may send it again without knowing.

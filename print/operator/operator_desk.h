@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "config/changes.h"
@@ -22,9 +23,9 @@
 namespace firn {
 
 /// A client sends lines, "ID VERB [KEY=VALUE]", "attach", "run RUN_ID", which says for which run its orders
-/// are, or "from NAME", which names it in the record of its orders. Every order is answered by "ok TEXT" or
-/// "refused TEXT"; "stop" is answered when the safety node has stopped the lab; "state" is answered by "state
-/// running", "state pausing" or "state paused: TEXT". An attached client gets
+/// are, "from NAME", which names it in the record of its orders, or "own ORDER" (own_print.h). Every order is
+/// answered by "ok TEXT" or "refused TEXT"; "stop" is answered when the safety node has stopped the lab;
+/// "state" is answered by "state running", "state pausing" or "state paused: TEXT". An attached client gets
 /// "layer ...", "note TEXT" and, last, "end STATUS". Only the user who prints may connect. A new client
 /// always finds a place: the desk hears out the one that has been silent for longest and closes it, one that
 /// awaits a stop last.
@@ -33,6 +34,10 @@ class OperatorDesk {
   /// Publishes an order. @param from "firn ctl", "key", "page"
   using Obey = std::function<void(const OperatorOrder&, const std::string& from)>;
   using Note = std::function<void(const std::string&)>;
+
+  /// Carries out "key NAME" and "say NAME CHANNEL JSON" of the lab's own programs. @returns the answer
+  using Own = std::function<std::string(const std::string& order)>;
+  void take_own(Own own) { own_ = std::move(own); }
 
   static constexpr std::size_t kPlaces = 16;  ///< for clients
 
@@ -68,6 +73,7 @@ class OperatorDesk {
   void make_room(const Obey&);
   void read(Client&, const Obey&);
   void take(Client&, const std::string& line, const Obey&);
+  void require_this_run(const Client&) const;
   std::string obey_line(Client&, const std::string& line, const Obey&);
   std::string obey_order(const OperatorOrder&, const std::string& from, const Obey&);
   void take_keys(const Obey&);
@@ -81,6 +87,7 @@ class OperatorDesk {
   };
   std::map<std::int64_t, Taken> taken_;  // orders by their number
   Note note_;
+  Own own_;
   int listening_ = -1;
   bool stopped_ = false;
   bool pausing_ = false;  // a pause was asked for last, not its end

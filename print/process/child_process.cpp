@@ -24,6 +24,12 @@ struct FileActions {
   ~FileActions() { posix_spawn_file_actions_destroy(&actions); }
 };
 
+struct Attributes {
+  posix_spawnattr_t attributes;
+  Attributes() { posix_spawnattr_init(&attributes); }
+  ~Attributes() { posix_spawnattr_destroy(&attributes); }
+};
+
 }  // namespace
 
 std::string to_text(const Ending& e) {
@@ -34,8 +40,8 @@ std::string to_text(const Ending& e) {
 
 ChildProcess::ChildProcess(std::string name, const std::filesystem::path& program,
                            const std::vector<std::string>& arguments,
-                           const std::filesystem::path& stderr_file)
-    : NodeProcess(std::move(name)), control_(-1) {
+                           const std::filesystem::path& stderr_file, Group group)
+    : NodeProcess(std::move(name)), control_(-1), group_(group) {
   int pair[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
     throw std::runtime_error("socketpair: " + std::string(std::strerror(errno)));
@@ -48,7 +54,10 @@ ChildProcess::ChildProcess(std::string name, const std::filesystem::path& progra
                                    O_WRONLY | O_CREAT | O_APPEND, 0644);
   posix_spawn_file_actions_adddup2(&files.actions, STDERR_FILENO, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&files.actions, pair[1], kControlFd);
-  const int error = ::posix_spawn(&pid_, program.c_str(), &files.actions, nullptr, argv.data(), environ);
+  Attributes how;
+  if (group == Group::kOwn) posix_spawnattr_setflags(&how.attributes, POSIX_SPAWN_SETPGROUP);
+  const int error =
+      ::posix_spawn(&pid_, program.c_str(), &files.actions, &how.attributes, argv.data(), environ);
   ::close(pair[1]);
   if (error != 0) {
     ::close(pair[0]);
@@ -80,8 +89,11 @@ const std::optional<Ending>& ChildProcess::poll_ending() {
   return ending_;
 }
 
-void ChildProcess::kill() {
-  if (!poll_ending()) ::kill(pid_, SIGKILL);
+void ChildProcess::kill() { signal(SIGKILL); }
+
+void ChildProcess::signal(int number) {
+  if (poll_ending()) return;
+  ::kill(group_ == Group::kOwn ? -pid_ : pid_, number);
 }
 
 }  // namespace firn

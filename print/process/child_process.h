@@ -2,6 +2,7 @@
 // ended for certain.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -14,10 +15,14 @@ namespace firn {
 
 class ChildProcess : public NodeProcess {
  public:
+  /// Whether processes that this one starts end with it: they do in a group of their own.
+  enum class Group : std::uint8_t { kOfLauncher, kOwn };
+
   /// Starts `program` with `arguments`; the control line is descriptor kControlFd there. stderr goes to the
   /// end of `stderr_file`. @throws std::runtime_error naming the program
   ChildProcess(std::string name, const std::filesystem::path& program,
-               const std::vector<std::string>& arguments, const std::filesystem::path& stderr_file);
+               const std::vector<std::string>& arguments, const std::filesystem::path& stderr_file,
+               Group group = Group::kOfLauncher);
   /// Kills the process if it still runs.
   ~ChildProcess() override;
 
@@ -30,10 +35,13 @@ class ChildProcess : public NodeProcess {
   void add_to(std::vector<pollfd>& fds) override;
   const std::optional<Ending>& poll_ending() override;
   void kill() override;
+  /// Sends a signal, to a group of its own as a whole.
+  void signal(int number);
 
  private:
   ControlLine control_;
   pid_t pid_ = -1;
+  Group group_;
   int pidfd_ = -1;  // readable when the process has ended
   std::optional<Ending> ending_;
 };

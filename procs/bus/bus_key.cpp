@@ -27,8 +27,10 @@ BusKey BusKey::random() {
   return key;
 }
 
-std::string BusKey::line() const {
-  std::string text(kVerb);
+std::string BusKey::line() const { return std::string(kVerb) + hex(); }
+
+std::string BusKey::hex() const {
+  std::string text;
   for (const std::byte b : bytes) {
     text += kDigits[std::size_t(b) >> 4];
     text += kDigits[std::size_t(b) & 15];
@@ -46,6 +48,14 @@ std::optional<BusKey> BusKey::from_line(std::string_view line) {
     key.bytes[n / 2] = key.bytes[n / 2] << 4 | std::byte(digit);
   }
   return key;
+}
+
+std::string_view own_program_of(std::string_view channel) {
+  if (!channel.starts_with(kOwnPrefix)) return {};
+  channel.remove_prefix(kOwnPrefix.size());
+  const std::size_t end = channel.find('/');
+  return end == std::string_view::npos || end + 1 == channel.size() ? std::string_view()
+                                                                    : channel.substr(0, end);
 }
 
 bool bus_is_keyed(std::string_view url) {

@@ -19,9 +19,15 @@ struct BusKey {
   static BusKey random();
   /// Returns the first line that the launcher sends down a control line: "KEY " and 64 hexadecimal digits.
   std::string line() const;
+  std::string hex() const;  ///< its 64 hexadecimal digits
   /// Nothing unless `line` is such a line.
   static std::optional<BusKey> from_line(std::string_view line);
 };
+
+/// Channels of the lab's own programs begin with this: "own/NAME/CHANNEL". docs/own-lcm-program.md
+inline constexpr std::string_view kOwnPrefix = "own/";
+/// Returns NAME of such a channel; of another channel, or without a CHANNEL behind it, an empty text.
+std::string_view own_program_of(std::string_view channel);
 
 /// Whether the messages of the bus at `url` are authenticated: unless it has the option key=none.
 bool bus_is_keyed(std::string_view url);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "procs/bus/lcm_packet.h"
 
@@ -22,10 +23,10 @@ sock_filter jump(int test, std::uint32_t value, unsigned if_true, unsigned if_fa
 }
 sock_filter verdict(std::uint32_t bytes) { return BPF_STMT(BPF_RET | BPF_K, bytes); }
 
-/// Passes a datagram of this channel, and goes on behind for any other.
-void add_channel(std::vector<sock_filter>& program, const std::string& channel) {
-  const std::size_t size = channel.size() + 1;  // with the NUL behind it
-  const auto byte = [&](std::size_t n) { return std::uint32_t(std::uint8_t(channel.c_str()[n])); };
+/// Passes a datagram whose channel begins with these bytes, and goes on behind for any other.
+void add_start(std::vector<sock_filter>& program, std::string_view start) {
+  const std::size_t size = start.size();
+  const auto byte = [&](std::size_t n) { return std::uint32_t(std::uint8_t(start[n])); };
   std::vector<sock_filter> compared;
   std::vector<std::size_t> jumps;
   const auto compare = [&](int load_size, std::size_t at, std::uint32_t value) {
@@ -44,7 +45,8 @@ void add_channel(std::vector<sock_filter>& program, const std::string& channel) 
 
 }  // namespace
 
-std::vector<sock_filter> channel_filter(const std::set<std::string, std::less<>>& channels) {
+std::vector<sock_filter> channel_filter(const std::set<std::string, std::less<>>& channels,
+                                        const std::string& prefix) {
   std::array<std::byte, kPacketHead> head{};
   write_packet_head(0, head);
   std::uint32_t magic = 0;
@@ -60,7 +62,9 @@ std::vector<sock_filter> channel_filter(const std::set<std::string, std::less<>>
       jump(BPF_JEQ, 0, 0, 1),  // an empty channel
       verdict(kPass),
   };
-  for (const std::string& channel : channels) add_channel(program, channel);
+  for (const std::string& channel : channels)
+    add_start(program, std::string_view(channel.c_str(), channel.size() + 1));  // with the NUL behind it
+  if (!prefix.empty()) add_start(program, prefix);
   // None of them. A channel that has an end is another one.
   for (unsigned n = 1; n <= kMaxChannelBytes; ++n) {
     program.push_back(load(BPF_B, kName + n));

@@ -15,7 +15,9 @@ namespace firn {
 /// else passes, also damaged datagrams, which LcmBus counts. Returns an empty program if the kernel would
 /// take none so long.
 /// @param channels of 1 to kMaxChannelBytes bytes each, without NUL
-std::vector<sock_filter> channel_filter(const std::set<std::string, std::less<>>& channels);
+/// @param prefix not empty: channels that begin with it pass too
+std::vector<sock_filter> channel_filter(const std::set<std::string, std::less<>>& channels,
+                                        const std::string& prefix = {});
 
 /// Bytes of a head and the longest channel: within them the program may look without asking for the length.
 inline constexpr unsigned kShortestFiltered = 72;

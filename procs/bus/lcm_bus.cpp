@@ -130,9 +130,14 @@ void LcmBus::subscribe(const std::string& channel) {
   keep_others_out();
 }
 
+void LcmBus::subscribe_own() {
+  own_programs_ = true;
+  keep_others_out();
+}
+
 // Without the filter, which some sandboxes refuse, receive() alone chooses.
 void LcmBus::keep_others_out() {
-  std::vector<sock_filter> program = channel_filter(channels_);
+  std::vector<sock_filter> program = channel_filter(channels_, std::string(own_programs_ ? kOwnPrefix : ""));
   const sock_fprog filter{std::uint16_t(program.size()), program.data()};
   if (program.empty() || ::setsockopt(receiver_, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) != 0)
     (void)::setsockopt(receiver_, SOL_SOCKET, SO_DETACH_FILTER, &filter,
@@ -191,7 +196,9 @@ void LcmBus::take_waiting(const Sink& sink, bool sealed) {
       p.fault = PacketFault::kTooLong;
     else
       p = read_packet(std::span(buffer_).first(std::size_t(got)));
-    const bool wanted = p.fault == PacketFault::kNone && (all_channels_ || channels_.contains(p.channel));
+    const bool wanted =
+        p.fault == PacketFault::kNone && (all_channels_ || channels_.contains(p.channel) ||
+                                          (own_programs_ && p.channel.starts_with(kOwnPrefix)));
     const auto whole = p.payload;
     if (wanted && check_) {
       const MacFault fault = check_->open(p.channel, p.payload);

@@ -41,6 +41,9 @@ class LcmBus : public Bus {
   void receive(const Sink& sink) override;
   void publish(std::string_view channel, std::span<const std::byte> datagram) override;
 
+  /// Listens to the channels of the lab's own programs, and to those subscribed.
+  void subscribe_own();
+
   /// For a relay to another host: listens to every channel, but not to this bus itself. Only with
   /// a key, by which receive_sealed() still drops messages of other runs.
   void subscribe_all();
@@ -64,7 +67,7 @@ class LcmBus : public Bus {
   int loopback_ = 0;  // index of the interface
   sockaddr_in group_{};
   std::set<std::string, std::less<>> channels_;
-  bool all_channels_ = false;
+  bool all_channels_ = false, own_programs_ = false;
   in_port_t own_port_ = 0;  // of sent datagrams, in network order; with all_channels_
   std::vector<std::byte> buffer_;
   std::array<std::uint64_t, kPacketFaults> dropped_{};

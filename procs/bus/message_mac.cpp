@@ -6,12 +6,17 @@
 #include <openssl/params.h>
 #include <sys/random.h>
 
+#include <array>
 #include <stdexcept>
+#include <utility>
 
 namespace firn {
 namespace {
 
-constexpr std::size_t kNumbersBytes = 16;  // sender and number
+constexpr std::size_t kNumbersBytes = 16;            // sender and number
+constexpr std::size_t kAnyNumber = ~std::size_t(0);  // of senders: the run's processes have the key alone
+// A program that starts anew is a new sender; numbers of 256 senders take 0.3 MB.
+constexpr std::size_t kOwnSenders = 256, kOwnPrograms = 256;
 static_assert(kMacTrailerBytes == kNumbersBytes + KeyedHash::kBytes);
 
 void put(std::uint64_t v, std::byte* to) {
@@ -80,14 +85,43 @@ bool MacVerifier::Seen::take(std::uint64_t number) {
   return true;
 }
 
+BusKey own_key(const BusKey& run, std::string_view program) {
+  KeyedHash hash(run);
+  BusKey key;
+  const std::string of = std::string(kOwnPrefix) + std::string(program);
+  for (std::size_t half = 0; half < 2; ++half) {
+    std::array<std::byte, kNumbersBytes> number{};
+    number.back() = std::byte(half);
+    hash.compute(of, {}, number,
+                 std::span(key.bytes).subspan(half * KeyedHash::kBytes).first<KeyedHash::kBytes>());
+  }
+  return key;
+}
+
 MacFault MacVerifier::open(std::string_view channel, std::span<const std::byte>& datagram) {
+  if (!channel.starts_with(kOwnPrefix)) return run_.open(channel, datagram, kAnyNumber);
+  const std::string_view program = own_program_of(channel);
+  if (program.empty()) return MacFault::kForged;
+  if (const auto known = own_.find(program); known != own_.end())
+    return known->second.open(channel, datagram, kOwnSenders);
+  if (own_.size() >= kOwnPrograms) return MacFault::kForged;
+  Holders holders(own_key(key_, program));
+  const MacFault fault = holders.open(channel, datagram, kOwnSenders);
+  if (fault == MacFault::kNone) own_.emplace(program, std::move(holders));
+  return fault;
+}
+
+MacFault MacVerifier::Holders::open(std::string_view channel, std::span<const std::byte>& datagram,
+                                    std::size_t most_senders) {
   if (datagram.size() < kMacTrailerBytes) return MacFault::kForged;
   const auto message = datagram.first(datagram.size() - kMacTrailerBytes);
   const auto trailer = datagram.last<kMacTrailerBytes>();
-  std::byte hash[KeyedHash::kBytes];
-  hash_.compute(channel, message, trailer.first<kNumbersBytes>(), hash);
-  if (CRYPTO_memcmp(hash, trailer.data() + kNumbersBytes, sizeof hash) != 0) return MacFault::kForged;
-  if (!senders_[get(trailer.data())].take(get(trailer.data() + 8))) return MacFault::kRepeated;
+  std::byte wanted[KeyedHash::kBytes];
+  hash.compute(channel, message, trailer.first<kNumbersBytes>(), wanted);
+  if (CRYPTO_memcmp(wanted, trailer.data() + kNumbersBytes, sizeof wanted) != 0) return MacFault::kForged;
+  const std::uint64_t sender = get(trailer.data());
+  if (senders.size() >= most_senders && !senders.contains(sender)) return MacFault::kForged;
+  if (!senders[sender].take(get(trailer.data() + 8))) return MacFault::kRepeated;
   datagram = message;
   return MacFault::kNone;
 }

@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "procs/bus/bus_key.h"
@@ -36,6 +37,10 @@ class KeyedHash {
   std::unique_ptr<evp_mac_ctx_st, Free> context_;
 };
 
+/// Returns the key of one of the lab's own programs: it authenticates messages on that program's channels and
+/// on no others. Without the run's key it cannot be computed.
+BusKey own_key(const BusKey& run, std::string_view program);
+
 /// Computes the trailers of one sender, whose random number no other sender of the run has.
 class MessageMac {
  public:
@@ -56,10 +61,11 @@ enum class MacFault : std::uint8_t {
 };
 
 /// Checks trailers. Of each sender the numbers are taken once, in any order within kWindow [RFC 4303,
-/// section 3.4.3]: on the way to another host stops and heartbeats overtake thousands of others.
+/// section 3.4.3]: on the way to another host stops and heartbeats overtake thousands of others. A channel
+/// of one of the lab's own programs has that program's key.
 class MacVerifier {
  public:
-  explicit MacVerifier(const BusKey& key) : hash_(key) {}
+  explicit MacVerifier(const BusKey& key) : key_(key), run_(key) {}
   /// Cuts the trailer from `datagram` if there is no fault.
   MacFault open(std::string_view channel, std::span<const std::byte>& datagram);
 
@@ -71,8 +77,16 @@ class MacVerifier {
     std::bitset<kWindow> taken;  // bit number mod kWindow, of newest - kWindow + 1 to newest
     bool take(std::uint64_t number);
   };
-  KeyedHash hash_;
-  std::map<std::uint64_t, Seen> senders_;  // holders of the key only
+  /// What a key's holders have sent. No program can use up the numbers of another, or of the run's processes.
+  struct Holders {
+    explicit Holders(const BusKey& key) : hash(key) {}
+    MacFault open(std::string_view channel, std::span<const std::byte>& datagram, std::size_t most_senders);
+    KeyedHash hash;
+    std::map<std::uint64_t, Seen> senders;
+  };
+  BusKey key_;
+  Holders run_;
+  std::map<std::string, Holders, std::less<>> own_;  // by program, once it has sent one with its MAC
 };
 
 }  // namespace firn

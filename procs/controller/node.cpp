@@ -65,6 +65,7 @@ std::unique_ptr<control::LayerController> make_scheme(const control::Setup& setu
 ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
                                std::shared_ptr<const Geometry> geometry, const Blobs& inputs)
     : changes_(e),
+      own_source_(own_source(e.control.adapt_model)),
       grid_(e.grid),
       known_(control_setup(e, target, mask, geometry)),
       wait_s_(kWaitForReports_s * e.run.time_scale) {
@@ -81,6 +82,7 @@ ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (e.control.adapt_model == "on") subscribe(channels::kHeightModel, this);
+  if (!own_source_.empty()) subscribe(channels::kOwnHeightModel, this);
   if (estimate_) subscribe(channels::kDepositionReport, this);
 }
 
@@ -172,6 +174,12 @@ void ControllerNode::answer(const height_map_t& m, Outbox& out) {
 
 void ControllerNode::on(const height_model_t& m, Time, Outbox&) {
   if (m.layers_used <= 0) return;
+  scheme_->use_model({m.h1_mm, m.h2_mm, m.h3_mm});
+  if (estimate_) estimate_->use_model({m.h1_mm, m.h2_mm, m.h3_mm}, m.droplet_scatter);
+}
+
+void ControllerNode::on(const own_height_model_t& m, Time, Outbox&) {
+  if (m.program != own_source_) return;
   scheme_->use_model({m.h1_mm, m.h2_mm, m.h3_mm});
   if (estimate_) estimate_->use_model({m.h1_mm, m.h2_mm, m.h3_mm}, m.droplet_scatter);
 }

@@ -13,6 +13,7 @@
 #include "firn/height_map_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "firn/operator_command_t.hpp"
+#include "firn/own_height_model_t.hpp"
 #include "procs/controller/height_estimate.h"
 #include "runtime/node.h"
 
@@ -36,6 +37,8 @@ class ControllerNode final : public Node {
   /// With control.adapt_model: later decisions use the model. A decision does not wait for a model: a map is
   /// answered with the newest model received.
   void on(const height_model_t&, Time now, Outbox&);
+  /// With control.adapt_model = "own:NAME": the same with the models of that program.
+  void on(const own_height_model_t&, Time now, Outbox&);
   /// With control.height_estimate = "kalman".
   void on(const deposition_report_t&, Time now, Outbox&);
   /// The operator's change of an option: later decisions use it.
@@ -51,6 +54,7 @@ class ControllerNode final : public Node {
   control::Decision decide_on_map(const height_map_t& map);
 
   Changes changes_;
+  std::string own_source_;  ///< the program of the lab's own whose OWN_HEIGHT_MODEL counts; empty: none
   GridSpec grid_;
   std::unique_ptr<control::LayerController> scheme_;
   control::KnownSurface known_;             ///< without an estimate

@@ -23,12 +23,14 @@ SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPa
   if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
   const control::SurfaceOptions options = surface_options(e, paths_.layers.back().layer);
   version_ = options.version;
-  feed_forward_ = options.feed_forward;
+  own_source_ = own_source(e.flow.feed_forward);
+  feed_forward_ = options.feed_forward && own_source_.empty();
   scheme_ = control::is_python_scheme(options.scheme) ? make_python_surface(options, e.plant.seed, inputs)
                                                       : control::make_surface_controller(options);
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (feed_forward_) subscribe(channels::kFlowModel, this);
+  if (!own_source_.empty()) subscribe(channels::kOwnFlowModel, this);
 }
 
 control::SurfaceDecision SurfaceControllerNode::decide(const height_map_t& m) {
@@ -93,6 +95,10 @@ void SurfaceControllerNode::on(const operator_command_t& m, Time, Outbox&) {
   if (OperatorVerb(m.verb) != OperatorVerb::kSet || !changes_.take(m.command_id)) return;
   if (changes_.set(m.key, m.value).empty())
     scheme_->use_options(surface_options(changes_.experiment(), paths_.layers.back().layer));
+}
+
+void SurfaceControllerNode::on(const own_flow_model_t& m, Time, Outbox&) {
+  if (m.program == own_source_) scheme_->use_flow({m.factor[0], m.factor[1]});
 }
 
 void SurfaceControllerNode::on(const flow_model_t& m, Time, Outbox& out) {

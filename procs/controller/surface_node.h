@@ -12,6 +12,7 @@
 #include "firn/flow_model_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/operator_command_t.hpp"
+#include "firn/own_flow_model_t.hpp"
 #include "runtime/node.h"
 
 namespace firn {
@@ -31,6 +32,8 @@ class SurfaceControllerNode final : public Node {
   /// With flow.feed_forward: the estimate of the valves from the map of the same map_id. That map waits for
   /// the estimate.
   void on(const flow_model_t&, Time now, Outbox&);
+  /// With flow.feed_forward = "own:NAME": the newest estimate of that program; no map waits for it.
+  void on(const own_flow_model_t&, Time now, Outbox&);
   /// The operator's change of an option: later decisions use it.
   void on(const operator_command_t&, Time now, Outbox&);
 
@@ -42,7 +45,8 @@ class SurfaceControllerNode final : public Node {
   slice::PrintPaths paths_;
   double pitch_mm_, min_measured_fraction_;
   control::SurfaceVersion version_;
-  bool feed_forward_;
+  std::string own_source_;  ///< the program of the lab's own whose OWN_FLOW_MODEL counts; empty: none
+  bool feed_forward_;       ///< maps wait for FLOW_MODEL
   std::unique_ptr<control::SurfaceController> scheme_;
   std::optional<height_map_t> waiting_;  ///< for its FLOW_MODEL
   std::int64_t told_ = -1;               ///< map of the last FLOW_MODEL

@@ -80,13 +80,40 @@ std::string python_of(const std::string& config_toml, const std::string& node) {
   return found;
 }
 
+namespace {
+
+void require_own(const fs::path& path, const RunFolder& run, const std::string& what,
+                 const std::string& code) {
+  if (code.empty() || is_own_run(path, run.run_id(), run.experiment_toml(), run.input_digests())) return;
+  throw UsageError(path.string() + ": has " + what + " (" + code +
+                   ") recorded by another user or host, or changed since; --run-python runs it");
+}
+
+// What a print starts and reaches beside Firn's processes.
+std::string commands_of(const std::string& config_toml) {
+  const Experiment e = parse_recorded_experiment(config_toml, "the recorded configuration");
+  std::string found;
+  const auto add = [&](const std::string& key, const std::string& value) {
+    found += (found.empty() ? "" : ", ") + key + " = " + value;
+  };
+  for (const auto& [name, program] : e.own_programs) add("nodes." + name + ".command", program.command);
+  for (const auto& [name, address] : e.hosts.address) add("hosts." + name, address);
+  return found;
+}
+
+}  // namespace
+
 void require_own_python(const fs::path& path, bool run_python) {
   if (run_python) return;
   const RunFolder run = RunFolder::open(path);
-  const std::string python = python_of(run.experiment_toml(), "");
-  if (python.empty() || is_own_run(path, run.run_id(), run.experiment_toml(), run.input_digests())) return;
-  throw UsageError(path.string() + ": has Python code (" + python +
-                   ") that was recorded by another user or host, or changed since; --run-python runs it");
+  require_own(path, run, "Python code", python_of(run.experiment_toml(), ""));
+}
+
+void require_own_resume(const fs::path& path, bool run_python) {
+  if (run_python) return;
+  const RunFolder run = RunFolder::open(path);
+  require_own(path, run, "Python code", python_of(run.experiment_toml(), ""));
+  require_own(path, run, "commands or hosts", commands_of(run.experiment_toml()));
 }
 
 }  // namespace firn::runs

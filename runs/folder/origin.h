@@ -33,4 +33,8 @@ std::string python_of(const std::string& config_toml, const std::string& node);
 /// @throws UsageError naming the code and --run-python
 void require_own_python(const std::filesystem::path& run, bool run_python);
 
+/// Refuses to go on with a run that would run a stranger's Python or commands, or reach a stranger's hosts.
+/// @throws UsageError naming them and --run-python
+void require_own_resume(const std::filesystem::path& run, bool run_python);
+
 }  // namespace firn::runs

@@ -289,6 +289,22 @@ void seed_vplus() {
   seed("fuzz_vplus", "statements", as_span(kStatements));
 }
 
+// The first byte chooses the channel; a message or its JSON follows.
+void seed_own_programs() {
+  own_values_t values{};
+  values.header.seq = 1;
+  values.values = {1.0, 2.0};
+  values.n = 2;
+  const std::vector<std::byte> message = encode(values);
+  std::vector<std::byte> input{std::byte{0}};
+  input.insert(input.end(), message.begin(), message.end());
+  seed("fuzz_own_message", "values", input);
+  seed("fuzz_own_message", "json",
+       as_span(
+           "\x03{\"name\": \"room\", \"unit\": \"degC\", \"sample_utime_us\": 0, \"values\": [21.5, null]}"));
+  seed("fuzz_own_message", "flow", as_span("\x02{\"layer\": 3, \"factor\": [1.1, 0.9]}"));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -337,6 +353,7 @@ int main(int argc, char** argv) {
     seed("fuzz_instruments", std::to_string(n), std::as_bytes(std::span(kTalk[n])));
   seed_ice();
   seed_vplus();
+  seed_own_programs();
   seed_each_type(AllTypes{});
   seed_message("header", encode(some_header()));
   seed_message("grid", encode(some_grid(3, 2)));
