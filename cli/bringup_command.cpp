@@ -20,6 +20,7 @@
 #include "files/json.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"
+#include "print/bringup/far_instruments.h"
 #include "print/device/lab_experiment.h"
 #include "print/device/simulated_instruments.h"
 #include "print/interrupt.h"
@@ -68,6 +69,13 @@ void show_bringup(const BringupResult& r) {
   if (r.state != "ok" && !r.mend.empty()) fmt::print("           {}\n", r.mend);
 }
 
+std::vector<std::string> words_for_hosts(const BringupOptions& o) {
+  std::vector<std::string> words;
+  if (o.row >= 0) words = {"--row", std::to_string(o.row)};
+  for (const std::string& answer : o.answers) words.insert(words.end(), {"--answer", answer});
+  return words;
+}
+
 /// @returns 0 no row has failed, 1 one has
 int run_bringup(const Product& product, const BringupOptions& o) {
   const Experiment e = load_lab_experiment(o.lab, o.overrides);
@@ -95,6 +103,7 @@ int run_bringup(const Product& product, const BringupOptions& o) {
   if (!o.json) fmt::print("{}\n", ports_text(e));
   if (o.node != "" && !lab.has(o.node)) throw UsageError("the lab has no instrument '" + o.node + "'");
 
+  FarRows far(e, words_for_hosts(o));
   std::vector<std::string> nodes;
   for (const LabProcess& p : lab_of(e).processes)
     if (lab.has(p.node) && (o.node.empty() || p.node == o.node)) nodes.emplace_back(p.node);
@@ -122,7 +131,7 @@ int run_bringup(const Product& product, const BringupOptions& o) {
            0.0,
            port};
     else if (!kept)
-      r = carry_out(planned, lab);
+      r = far.has(planned) ? far.row(planned) : carry_out(planned, lab);
     if (r.id == 0 && r.state == "failed") dead.push_back(r.node);
     failed += r.state == "failed";
     done += r.state == "ok";
@@ -133,10 +142,13 @@ int run_bringup(const Product& product, const BringupOptions& o) {
     else
       state.rows.push_back(r);
     for (const auto& [node, identity] : lab.identities) state.identities[node] = identity;
+    for (const auto& [node, identity] : far.identities()) state.identities[node] = identity;
     write_bringup(file, state);  // a row that was done stays done, whatever comes
   }
   if (o.json) {
     std::puts(nlohmann::ordered_json{{"file", file},
+                                     {"configuration", configuration},
+                                     {"identities", state.identities},
                                      {"ports", ports_text(e)},
                                      {"ok", done},
                                      {"failed", failed},

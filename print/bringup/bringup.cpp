@@ -152,31 +152,37 @@ std::string bringup_file(const std::string& lab) {
   return std::filesystem::path(lab).replace_extension(".bringup.json").string();
 }
 
+BringupState bringup_state_in(const std::string& text) try {
+  const Json j = Json::parse(text);
+  BringupState s;
+  s.configuration = j.at("configuration").get<std::string>();
+  for (const auto& [node, identity] : j.at("identities").items())
+    s.identities[node] = identity.get<std::string>();
+  for (const Json& row : j.at("rows")) {
+    BringupResult r;
+    r.id = row.at("row").get<int>();
+    r.node = row.at("node").get<std::string>();
+    r.what = row.at("what").get<std::string>();
+    r.state = row.at("state").get<std::string>();
+    r.automatic = row.at("automatic").get<bool>();
+    r.measured = row.at("measured").get<std::string>();
+    r.limit = row.at("limit").get<std::string>();
+    r.mend = row.at("mend").get<std::string>();
+    r.seconds = row.at("seconds").get<double>();
+    r.port = row.at("port").get<std::string>();
+    s.rows.push_back(std::move(r));
+  }
+  return s;
+} catch (const Json::exception& e) {
+  throw std::invalid_argument(std::string("is no bring-up result: ") + e.what());
+}
+
 std::optional<BringupState> read_bringup(const std::string& file) {
   if (!std::filesystem::exists(file)) return std::nullopt;
   try {
-    const Json j = Json::parse(read_file(file));
-    BringupState s;
-    s.configuration = j.at("configuration").get<std::string>();
-    for (const auto& [node, identity] : j.at("identities").items())
-      s.identities[node] = identity.get<std::string>();
-    for (const Json& row : j.at("rows")) {
-      BringupResult r;
-      r.id = row.at("row").get<int>();
-      r.node = row.at("node").get<std::string>();
-      r.what = row.at("what").get<std::string>();
-      r.state = row.at("state").get<std::string>();
-      r.automatic = row.at("automatic").get<bool>();
-      r.measured = row.at("measured").get<std::string>();
-      r.limit = row.at("limit").get<std::string>();
-      r.mend = row.at("mend").get<std::string>();
-      r.seconds = row.at("seconds").get<double>();
-      r.port = row.at("port").get<std::string>();
-      s.rows.push_back(std::move(r));
-    }
-    return s;
-  } catch (const Json::exception& e) {
-    throw std::invalid_argument(file + ": is no bring-up result: " + e.what());
+    return bringup_state_in(read_file(file));
+  } catch (const std::invalid_argument& e) {
+    throw std::invalid_argument(file + ": " + e.what());
   }
 }
 

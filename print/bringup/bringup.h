@@ -126,8 +126,9 @@ std::string bringup_configuration(const Experiment& experiment);
 /// Returns the port of a node as text, "sim:" of a simulated one; of "all": "real" where any instrument is.
 std::string port_of(const Experiment& experiment, const std::string& node);
 
-/// Opens every real port of the lab once, and closes it again: within 2 s where all answer, at most 4 s.
-/// Returns node, address and cause of those that do not open, separated by "; "; empty: all open.
+/// Opens every real port of the lab at this computer once, and closes it again: within 2 s where all answer,
+/// at most 4 s. Returns node, address and cause of those that do not open, separated by "; "; empty: all
+/// open.
 std::string closed_ports(const Experiment& experiment);
 
 /// Asks every real instrument who it is, all at once, and holds it against the bring-up's: another instrument
@@ -145,6 +146,10 @@ nlohmann::ordered_json assumptions_json(const Experiment& experiment, std::span<
 
 /// Returns rows as they stand in the result file and in the command's answer.
 nlohmann::ordered_json to_json(std::span<const BringupResult> rows);
+
+/// Returns the state in the text of a result file, or in the JSON that firn bringup prints.
+/// @throws std::invalid_argument: it is none
+BringupState bringup_state_in(const std::string& text);
 
 /// LAB.bringup.json beside LAB.toml.
 std::string bringup_file(const std::string& lab);

@@ -8,6 +8,7 @@
 
 #include "config/devices.h"
 #include "print/bringup/bringup.h"
+#include "print/hosts/at_host.h"
 #include "runtime/port_wire.h"
 #include "runtime/run_clock.h"
 
@@ -60,7 +61,8 @@ class TriedPort {
 
 std::string closed_ports(const Experiment& experiment) {
   std::vector<TriedPort> tried;
-  for (const auto& [node, address] : real_ports(experiment)) tried.emplace_back(node, address);
+  for (const auto& [node, address] : real_ports(experiment))
+    if (host_of(experiment, node).empty()) tried.emplace_back(node, address);
   const std::int64_t until_us = monotonic_us() + kTryFor_us;
   const auto all_known = [&] {
     bool known = true;

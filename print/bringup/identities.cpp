@@ -5,12 +5,28 @@
 #include "config/devices.h"
 #include "files/exit_codes.h"
 #include "print/bringup/bringup.h"
+#include "print/bringup/far_instruments.h"
 #include "print/device/device_run.h"
+#include "print/hosts/at_host.h"
 
 namespace firn {
 namespace {
 
 constexpr double kWithin_s = 20.0;  // a jet is started anew, which takes five
+
+// As the link row of the bring-up there finds it.
+DeviceReport who_answers_at(const Experiment& e, const std::string& host, const std::string& node) {
+  constexpr const char* kLinkRow = "0";
+  const BringupState told = rows_at_host(e, host, node, {"--row", kLinkRow});
+  DeviceReport r;
+  const auto identity = told.identities.find(node);
+  const bool linked = !told.rows.empty() && told.rows[0].state == "ok" && identity != told.identities.end();
+  r.status = linked ? kOk : kSafetyStop;
+  r.text = linked              ? "done: " + identity->second
+           : told.rows.empty() ? "host " + host + " has no such instrument"
+                               : "at host " + host + ": " + told.rows[0].measured;
+  return r;
+}
 
 DeviceReport who_answers(const Product& product, const Experiment& e, const std::string& node,
                          const PortAddress& address, const std::function<bool()>& interrupted) {
@@ -18,6 +34,7 @@ DeviceReport who_answers(const Product& product, const Experiment& e, const std:
   DeviceSinks sinks;
   sinks.interrupted = interrupted;
   try {
+    if (const std::string host = host_of(e, node); !host.empty()) return who_answers_at(e, host, node);
     return run_verb(job, address, sinks);
   } catch (const std::runtime_error& error) {
     DeviceReport r;

@@ -1,4 +1,4 @@
-// OwnDoor takes the messages of the lab's own programs off the bus, refuses what is none, and hands the rest
+// OwnDoor takes the messages of the lab's own programs off the bus, refuses bytes that are none, and hands the rest
 // on to be published and recorded under the program's name.
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace firn {
 
-/// What has come from one program.
+/// The messages that have come from one program.
 struct OwnCount {
   std::uint64_t taken = 0;
   std::uint64_t refused = 0;
@@ -30,7 +30,7 @@ class OwnDoor {
   using Take = std::function<void(OwnMessage&&)>;
   using Warn = std::function<void(const std::string& sentence)>;
 
-  static constexpr int kMostPerSecond = 200;     ///< messages of one program; what is above is refused
+  static constexpr int kMostPerSecond = 200;     ///< messages of one program; any above are refused
   static constexpr std::uint64_t kWarnings = 3;  ///< of one program; further refusals are only counted
 
   /// @param key of the run; none on a bus without one
@@ -44,7 +44,7 @@ class OwnDoor {
   void say(std::string_view program, std::string_view channel, std::string_view json);
 
   int fd() const { return bus_.fd(); }
-  /// Takes what has come off the bus; does not block.
+  /// Takes messages that have arrived; does not block.
   void service();
   const std::map<std::string, OwnCount, std::less<>>& counts() const { return counts_; }
   /// "mine: 40 messages taken, 2 refused (OWN_VALUES: ...), 1 lost"

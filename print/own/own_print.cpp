@@ -82,7 +82,7 @@ void OwnPrint::add_to(std::vector<pollfd>& fds) {
 }
 
 void OwnPrint::service() {
-  if (began_s_) door_.service();  // what comes earlier waits in the socket
+  if (began_s_) door_.service();  // earlier ones wait in the socket
   for (const Program& p : programs_)
     while (p.process && p.process->next()) {
     }  // nothing is wanted on its standard input

@@ -1,5 +1,5 @@
 // OwnPrint holds the lab's own programs of one print: starts and watches those of [nodes.NAME] command, and
-// takes what they, and others with a key, publish.
+// takes the messages that they, and others with a key, publish.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ class OwnPrint {
 
   /// Starts the commands. A program has on its standard input one line with its admission (own_door.h), the
   /// run folder and the configuration's file, then START, later STOP with the cause, and the end of the file
-  /// when the print has ended. What it writes goes to nodes/NAME.err.
+  /// when the print has ended. Its output goes to nodes/NAME.err.
   void start();
   void begin();
   void add_to(std::vector<pollfd>& fds);

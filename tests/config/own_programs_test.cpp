@@ -1,4 +1,4 @@
-// [nodes.NAME] with a command: which programs of the lab's own an experiment may name, and what comes back
+// [nodes.NAME] with a command: the programs of the lab's own that an experiment may name, and how they come back
 // from its dump.
 #include <catch2/catch.hpp>
 

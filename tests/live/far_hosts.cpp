@@ -6,10 +6,13 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 #include "files/command.h"
+#include "tests/live/live_checks.h"
+#include "tests/support/skip.h"
 
 extern char** environ;
 
@@ -84,6 +87,22 @@ std::string FarHosts::answer() {
   char text[4096] = {};
   if (!std::fgets(text, sizeof text, from_)) throw std::runtime_error("the hosts are gone");
   return text;
+}
+
+std::string FarHosts::firn_with(const std::string& variables) const {
+  const std::filesystem::path script = folder_ / "firn-with";
+  std::ofstream(script) << "#!/bin/sh\nexport " << variables
+                        << "\nexec " FIRN_BINARY_DIR "/bin/firn \"$@\"\n";
+  std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+  return script.string();
+}
+
+bool no_hosts() {
+  if (skipped()) return true;
+  static const std::string why = FarHosts::refused();
+  if (why.empty()) return false;
+  skip("network-namespace", why);
+  return true;
 }
 
 }  // namespace firn::test

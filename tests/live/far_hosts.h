@@ -27,6 +27,9 @@ class FarHosts {
   void thaw(const std::string& host) { order("thaw " + host); }
   /// Processes there, without sshd.
   std::vector<int> pids(const std::string& host);
+  /// Returns a program that is firn with these variables set: "LD_PRELOAD=x.so A=b". Its processes have them
+  /// too.
+  std::string firn_with(const std::string& variables) const;
   /// Folder of the hosts' records: FOLDER/HOST/firn/hosts.
   const std::filesystem::path& folder() const { return folder_; }
 
@@ -40,5 +43,8 @@ class FarHosts {
   std::FILE* from_ = nullptr;
   std::string path_before_;
 };
+
+/// Says and counts a skipped test where there are no such computers.
+bool no_hosts();
 
 }  // namespace firn::test

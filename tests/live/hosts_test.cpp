@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "core/grid/random.h"
 #include "plant/record/record.h"
@@ -16,20 +17,12 @@
 #include "runs/folder/host_record.h"
 #include "tests/live/far_hosts.h"
 #include "tests/live/live_checks.h"
-#include "tests/support/skip.h"
+#include "tests/live/other_clock.h"
 
 using namespace firn;
 using namespace firn::test;
 
 namespace {
-
-bool no_hosts() {
-  if (skipped()) return true;
-  static const std::string why = FarHosts::refused();
-  if (why.empty()) return false;
-  skip("network-namespace", why);
-  return true;
-}
 
 /// Stage and jet at the host "bench", profiler and lamp at "attic".
 Experiment on_hosts(Experiment e) {
@@ -151,9 +144,9 @@ TEST_CASE("a clock that is known too badly stops the print before the first drop
 
 namespace {
 
-enum class Loss : std::uint8_t { kCutLine, kSshKilled, kFrozen, kRelayKilled, kHostKilled };
-constexpr const char* kLosses[] = {"line cut", "ssh killed", "computer frozen", "relay killed",
-                                   "firn host killed"};
+enum class Loss : std::uint8_t { kCutLine, kSshKilled, kFrozen, kRelayKilled, kHostKilled, kDiskFull };
+constexpr const char* kLosses[] = {"line cut",     "ssh killed",       "computer frozen",
+                                   "relay killed", "firn host killed", "disk full"};
 
 /// A child of the process with this name; 0: it has none.
 int child_named(int parent, const std::string& name) {
@@ -168,13 +161,27 @@ int child_named(int parent, const std::string& name) {
   return 0;
 }
 
+/// In place: processes have the file mapped.
+void set_byte(const std::filesystem::path& file, char byte) {
+  std::fstream(file, std::ios::in | std::ios::out).put(byte);
+}
+
 /// One print that loses a computer in the middle, in the way that the seed draws, and is resumed.
 void lose_a_host(std::uint64_t seed) {
   RandomStream random(seed, Purpose::kKill);
-  const Loss loss = Loss(random.below(5));
+  const Loss loss = Loss(random.below(std::size(kLosses)));
   const std::string host = random.below(2) == 0 ? "bench" : "attic";
   FarHosts hosts({"bench", "attic"});
-  LiveRun run(part_on_hosts(seed));
+  Experiment e = part_on_hosts(seed);
+  const std::filesystem::path disk = hosts.folder() / "disk";
+  if (loss == Loss::kDiskFull) {
+    std::ofstream(disk) << '-';
+    e.hosts.address[host] =
+        host + ":" +
+        hosts.firn_with("LD_PRELOAD=" FIRN_DISK_TROUBLE " FIRN_TROUBLE_FOLDER=" +
+                        (hosts.folder() / host).string() + " FIRN_TROUBLE_FILE=" + disk.string());
+  }
+  LiveRun run(e);
   INFO("FIRN_HOST_SEED=" << seed << ", " << kLosses[int(loss)] << " of " << host << ", " << run.path());
   run.start(false);
   REQUIRE(run.wait_started());
@@ -196,6 +203,7 @@ void lose_a_host(std::uint64_t seed) {
       if (std::filesystem::read_symlink("/proc/" + std::to_string(pid) + "/exe", gone).filename() == "firn")
         ::kill(pid, SIGKILL);
     }
+  if (loss == Loss::kDiskFull) set_byte(disk, 'f');
   const int status = run.wait();
   run.wait_all_gone();
   const double unsafe_s = unsafe_for_s(run, at);
@@ -212,6 +220,7 @@ void lose_a_host(std::uint64_t seed) {
     CHECK_THAT(replay::audit_words(replay::audit_run(run.path())), Catch::Contains(incomplete));
   hosts.mend(host);
   hosts.thaw(host);
+  if (loss == Loss::kDiskFull) set_byte(disk, '-');
   if (status == 0) return;
   run.start(true);
   CHECK(status_of(run) == 0);
@@ -244,4 +253,40 @@ TEST_CASE("a block of ice with arm and valves at another computer is finished, r
   CHECK(status_of(run) == 0);
   check_finished_run(run);
   CHECK(runs::incomplete_text(run.path()).empty());
+}
+
+TEST_CASE("a computer whose clock is days off and drifts, and is set meanwhile, changes nothing in the part",
+          "[hosts]") {
+  if (no_hosts()) return;
+  Experiment e = tiny_part_beside_centres(10);
+  e.run.time_scale = 1.0;
+  e.plant.drift = 0.0;  // of the jet, with time
+  LiveRun one(e);
+  one.start(false);
+  CHECK(status_of(one) == 0);
+
+  FarHosts hosts({"bench", "attic"});
+  constexpr std::int64_t kDay_ns = 86'400'000'000'000;
+  ClockError clock{-40 * kDay_ns, 5 * kDay_ns, 200};
+  const std::filesystem::path file = hosts.folder() / "clock";
+  const auto set_clock = [&] {
+    std::ofstream(file, std::ios::in | std::ios::out | std::ios::app).close();
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary)
+        .write(reinterpret_cast<const char*>(&clock), sizeof clock);
+  };
+  set_clock();
+  e = on_hosts(e);
+  e.hosts.address["attic"] =
+      "attic:" + hosts.firn_with("LD_PRELOAD=" FIRN_OTHER_CLOCK " FIRN_CLOCK_FILE=" + file.string());
+  LiveRun run(e);
+  run.start(false);
+  REQUIRE(run.wait_started());
+  for (int n = 0; n < 6 && run.running(); ++n) {
+    clock.wall_ns = (n % 2 == 0 ? 1 : -1) * (n + 1) * kDay_ns;
+    set_clock();
+    ::usleep(700'000);
+  }
+  CHECK(status_of(run) == 0);
+  check_finished_run(run);
+  CHECK(std::ranges::equal(shots_of(run), shots_of(one), same_droplet));
 }

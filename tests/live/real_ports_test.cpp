@@ -1,13 +1,9 @@
 // Live prints on instruments behind TCP and serial lines. The instruments are those of a simulated world that
 // the print knows nothing of.
 #include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
-#include <memory>
 
 #include "config/devices.h"
 #include "config/fields.h"
@@ -16,11 +12,8 @@
 #include "print/labs/full_product.h"
 #include "replay/audit_run.h"
 #include "replay/replayer.h"
+#include "tests/live/hardware.h"
 #include "tests/live/live_checks.h"
-#include "tests/live/port_bridge.h"
-#include "tests/support/temp_folder.h"
-
-extern char** environ;
 
 using namespace firn;
 using namespace firn::test;
@@ -29,47 +22,6 @@ using Catch::Contains;
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The ink-jet lab as hardware: the world's process on its own, its instruments behind lines.
-class Hardware {
- public:
-  explicit Hardware(const Experiment& e) {
-    std::ofstream(folder_.path() / "experiment.toml") << dump(e);
-    start();
-    stage_ = std::make_unique<PortBridge>(PortBridge::Kind::kTcp, folder_.path() / "io" / "stage");
-    profiler_ =
-        std::make_unique<PortBridge>(PortBridge::Kind::kTcp, folder_.path() / "io" / "laser_profiler");
-    jet_ = std::make_unique<PortBridge>(PortBridge::Kind::kSerial, folder_.path() / "io" / "jet");
-    lamp_ = std::make_unique<PortBridge>(PortBridge::Kind::kSerial, folder_.path() / "io" / "lamp");
-  }
-  ~Hardware() { stop(); }
-  void start() {
-    const std::string program = FIRN_BINARY_DIR "/bin/world";
-    const std::string run = folder_.path().string(), epoch = std::to_string(monotonic_ns());
-    const char* argv[] = {program.c_str(), "--run", run.c_str(), "--epoch-ns", epoch.c_str(), nullptr};
-    REQUIRE(::posix_spawn(&pid_, program.c_str(), nullptr, nullptr, const_cast<char**>(argv), environ) == 0);
-    for (int n = 0; n < 2000 && !fs::exists(folder_.path() / "io" / "lamp"); ++n) ::usleep(5000);
-  }
-  void stop() {
-    if (pid_ <= 0) return;
-    ::kill(pid_, SIGTERM);
-    ::waitpid(pid_, nullptr, 0);
-    pid_ = -1;
-  }
-  void connect(Experiment& e, bool lamp = true) const {
-    e.run.time_scale = 1.0;
-    e.devices.stage = stage_->address();
-    e.devices.laser_profiler = profiler_->address();
-    e.devices.jet = jet_->address(9600);
-    if (lamp) e.devices.lamp = lamp_->address(19200);
-  }
-  plant::WorldHistory history() const { return plant::read_history(folder_.path() / "world.rec"); }
-
- private:
-  TempFolder folder_;
-  pid_t pid_ = -1;
-  std::unique_ptr<PortBridge> stage_, profiler_, jet_, lamp_;
-};
 
 Experiment small_part(std::uint64_t seed) {
   Experiment e = tiny_part(seed);

@@ -1,4 +1,4 @@
-// The door of the lab's own programs on a real bus: who is let in, and what is counted.
+// The door of the lab's own programs on a real bus: who is let in, and how the rest is counted.
 #include <poll.h>
 
 #include <catch2/catch.hpp>
@@ -34,7 +34,7 @@ std::vector<std::byte> pressure(double hpa) {
   return bytes;
 }
 
-/// A door on a bus of its own, and a program of this host that sends what it likes.
+/// A door on a bus of its own, and a program of this host that sends anything.
 struct OpenDoor {
   explicit OpenDoor(bool keyed = true)
       : port(free_bus_port(77)),
@@ -167,7 +167,7 @@ TEST_CASE("on a bus without a key a program is heard without one", "[own]") {
   CHECK_THAT(open.door.admission("room", 5), Contains("\"key\":\"\""));
 }
 
-TEST_CASE("the admission of a program has its key, its channels and the bus; a bad name gets none", "[own]") {
+TEST_CASE("the admission of a program has its key, its channels and the bus, and a bad name gets none", "[own]") {
   OpenDoor open;
   const std::string text = open.door.admission("room", 42);
   CHECK_THAT(text, Contains("\"run_id\":42") && Contains("\"program\":\"room\"") &&

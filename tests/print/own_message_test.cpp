@@ -1,4 +1,4 @@
-// Messages of the lab's own programs: what is taken from bytes and from JSON, and what is refused by member.
+// Messages of the lab's own programs: those taken from bytes and from JSON, and those refused by member.
 #include <catch2/catch.hpp>
 
 #include <cmath>
