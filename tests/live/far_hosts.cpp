@@ -89,10 +89,13 @@ std::string FarHosts::answer() {
   return text;
 }
 
-std::string FarHosts::firn_with(const std::string& variables) const {
+std::string FarHosts::firn_with(const std::string& variables, int days) const {
   const std::filesystem::path script = folder_ / "firn-with";
-  std::ofstream(script) << "#!/bin/sh\nexport " << variables
-                        << "\nexec " FIRN_BINARY_DIR "/bin/firn \"$@\"\n";
+  const std::string ahead = std::to_string(std::int64_t(days) * 86'400);
+  const std::string clocks =
+      days == 0 ? "" : "unshare --time --monotonic " + ahead + " --boottime " + ahead + " --fork ";
+  std::ofstream(script) << "#!/bin/sh\nexec " << clocks << "env " << variables
+                        << " " FIRN_BINARY_DIR "/bin/firn \"$@\"\n";
   std::filesystem::permissions(script, std::filesystem::perms::owner_all);
   return script.string();
 }

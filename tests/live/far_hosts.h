@@ -28,8 +28,8 @@ class FarHosts {
   /// Processes there, without sshd.
   std::vector<int> pids(const std::string& host);
   /// Returns a program that is firn with these variables set: "LD_PRELOAD=x.so A=b". Its processes have them
-  /// too.
-  std::string firn_with(const std::string& variables) const;
+  /// too. @param days by which its monotonic clocks are ahead: a time namespace
+  std::string firn_with(const std::string& variables, int days = 0) const;
   /// Folder of the hosts' records: FOLDER/HOST/firn/hosts.
   const std::filesystem::path& folder() const { return folder_; }
 
