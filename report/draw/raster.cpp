@@ -1,28 +1,11 @@
 #include "report/draw/raster.h"
 
-#include <algorithm>
 #include <cstdio>
-#include <span>
 
 #include "core/grid/png.h"
+#include "files/base64.h"
 
 namespace firn::report {
-namespace {
-
-std::string base64(std::span<const std::byte> bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string s;
-  for (std::size_t n = 0; n < bytes.size(); n += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - n);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? std::uint32_t(bytes[n + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) s += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return s;
-}
-
-}  // namespace
-
 std::vector<std::byte> png_of(const Raster& raster) {
   static_assert(sizeof(Rgba) == 4);
   return write_png(raster.width, raster.height, 4, {raster.pixels.data()->data(), 4 * raster.pixels.size()});

@@ -8,22 +8,34 @@
 namespace firn::report {
 namespace {
 
+// The libraries of the version whose header this file was compiled with: Debian 12 has 1.10, Debian 13
+// has 1.14.
+#if H5_VERSION_GE(1, 14, 0)
+constexpr const char* kLibrary = "libhdf5_serial.so.310";
+constexpr const char* kScales = "libhdf5_serial_hl.so.310";
+constexpr const char* kPackage = "libhdf5-310";
+constexpr const char* kScalesPackage = "libhdf5-hl-310";
+#else
 constexpr const char* kLibrary = "libhdf5_serial.so.103";
+constexpr const char* kScales = "libhdf5_serial_hl.so.100";
+constexpr const char* kPackage = "libhdf5-103-1";
+constexpr const char* kScalesPackage = "libhdf5-hl-100";
+#endif
 
 }  // namespace
 
-void* Hdf5::open() {
-  if (void* library = ::dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL)) return library;
-  throw std::runtime_error(std::string("HDF5 is not installed (Debian package libhdf5-103-1): ") +
-                           ::dlerror());
+void* Hdf5::open(const char* name, const char* package) {
+  if (void* library = ::dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
+  throw std::runtime_error(std::string("HDF5 is not installed (Debian package ") + package +
+                           "): " + ::dlerror());
 }
 
 void* Hdf5::symbol(void* library, const char* name) {
   if (void* found = ::dlsym(library, name)) return found;
-  throw std::runtime_error(std::string(kLibrary) + ": lacks " + name);
+  throw std::runtime_error(std::string(kLibrary) + " and " + kScales + ": lack " + name);
 }
 
-Hdf5::Hdf5() {
+Hdf5::Hdf5() : library_(open(kLibrary, kPackage)), scales_(open(kScales, kScalesPackage)) {
   // At the exit of the program the library would close a file that it could not write, and crashes there.
   H5dont_atexit();
   H5open();

@@ -1,8 +1,9 @@
-// Hdf5 holds the functions of the HDF5 C library, which is loaded where it is used first: no other command
-// pays for it or needs it. https://docs.hdfgroup.org/hdf5/v1_10/_r_m.html
+// Hdf5 holds the functions of the HDF5 C library and of its dimension scales, which are loaded where they are
+// used first: no other command pays for them or needs them. https://docs.hdfgroup.org/hdf5/v1_10/_r_m.html
 #pragma once
 
 #include <hdf5.h>
+#include <hdf5_hl.h>
 
 namespace firn::report {
 
@@ -15,10 +16,11 @@ struct Hdf5 {
 
  private:
   Hdf5();
-  static void* open();
+  static void* open(const char* name, const char* package);
   static void* symbol(void* library, const char* name);
 
-  void* library_ = open();
+  void* library_;
+  void* scales_;
 
  public:
 #define FIRN_HDF5(name) decltype(&::name) name = reinterpret_cast<decltype(&::name)>(symbol(library_, #name))
@@ -26,6 +28,7 @@ struct Hdf5 {
   FIRN_HDF5(H5Fcreate);
   FIRN_HDF5(H5Fclose);
   FIRN_HDF5(H5Gcreate2);
+  FIRN_HDF5(H5Gopen2);
   FIRN_HDF5(H5Gclose);
   FIRN_HDF5(H5Screate);
   FIRN_HDF5(H5Screate_simple);
@@ -39,6 +42,7 @@ struct Hdf5 {
   FIRN_HDF5(H5Pset_obj_track_times);
   FIRN_HDF5(H5Pset_create_intermediate_group);
   FIRN_HDF5(H5Pset_chunk_cache);
+  FIRN_HDF5(H5Lcreate_soft);
   FIRN_HDF5(H5Dcreate2);
   FIRN_HDF5(H5Dwrite);
   FIRN_HDF5(H5Dset_extent);
@@ -53,6 +57,10 @@ struct Hdf5 {
   FIRN_HDF5(H5Tset_cset);
   FIRN_HDF5(H5Tclose);
   FIRN_HDF5(H5Eset_auto2);
+#undef FIRN_HDF5
+#define FIRN_HDF5(name) decltype(&::name) name = reinterpret_cast<decltype(&::name)>(symbol(scales_, #name))
+  FIRN_HDF5(H5DSset_scale);
+  FIRN_HDF5(H5DSattach_scale);
 #undef FIRN_HDF5
 };
 

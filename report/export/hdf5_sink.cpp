@@ -1,18 +1,18 @@
 // HDF5: a group for each table, a dataset for each column, chunks of one map or of kBuffered values,
 // deflated. Types are integers, IEEE floats and UTF-8 strings of variable length, which every reader has.
+// Each axis of each dataset has a dimension scale: rows their time, maps their positions, lists a bare
+// length. Conventions: CF 1.8 (time, contiguous ragged arrays), NeXus (NXentry, NXdata).
 #include <array>
 #include <cerrno>
-#include <cstring>
-#include <map>
-#include <set>
 #include <utility>
 
 #include "files/record/output_target.h"
 #include "files/record/part_file.h"
 #include "files/text_file.h"
 #include "lcmtypes/utf8.h"
-#include "report/export/hdf5_library.h"
+#include "report/export/hdf5_file.h"
 #include "report/export/tables.h"
+#include "runtime/build_info.h"
 
 namespace firn::report {
 namespace {
@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using schema::Kind;
 
-constexpr unsigned kTruncate = 2;     // H5F_ACC_TRUNC, whose macro calls the library
 constexpr hsize_t kBuffered = 16384;  // values of one column
 constexpr hsize_t kSmall_bytes = 4096;
 constexpr hsize_t kBufferedStrings = 1024;
@@ -44,41 +43,61 @@ static_assert(kMemberTypes.size() == std::size_t(Kind::kString) + 1, "a column i
 class Hdf5Sink : public TableSink {
  public:
   explicit Hdf5Sink(const fs::path& file)
-      : h_(Hdf5::library()), target_(record::output_target(file)), part_(target_.string() + ".part") {
-    text_type_ = checked(h_.H5Tcopy(h_.id("H5T_C_S1_g")), "a type");
-    h_.H5Tset_size(text_type_, H5T_VARIABLE);
-    h_.H5Tset_cset(text_type_, H5T_CSET_UTF8);
-    undated_ = checked(h_.H5Pcreate(h_.id("H5P_CLS_DATASET_CREATE_ID_g")), "a property list");
-    h_.H5Pset_obj_track_times(undated_, false);  // the same run gives the same bytes
-    groups_ = checked(h_.H5Pcreate(h_.id("H5P_CLS_LINK_CREATE_ID_g")), "a property list");
-    h_.H5Pset_create_intermediate_group(groups_, 1);
-    errno = 0;
-    file_ = checked(h_.H5Fcreate(part_.path().c_str(), kTruncate, H5P_DEFAULT, H5P_DEFAULT), "the file");
+      : target_(record::output_target(file)),
+        part_(target_.string() + ".part"),
+        file_(part_.path(), target_),
+        h_(file_.library()) {
+    const hid_t root = file_.checked(h_.H5Gopen2(file_.id(), "/", H5P_DEFAULT), "the root");
+    file_.attribute(root, "NX_class", "NXroot");
+    file_.attribute(root, "Conventions", "CF-1.8");
+    file_.attribute(root, "creator", "firn");
+    file_.attribute(root, "creator_version", build_version());
+    h_.H5Gclose(root);
   }
 
-  // The library crashes when it closes a file after a write that failed, as on a full disk: the file is
-  // removed, and its identifiers end with the program.
   ~Hdf5Sink() override {
     if (!finished_) part_.remove();
-    if (failed_) return;
-    for (auto& table : tables_)
-      for (Dataset& d : table)
-        if (d.id >= 0) h_.H5Dclose(d.id);
-    if (file_ >= 0) h_.H5Fclose(file_);
-    h_.H5Pclose(groups_);
-    h_.H5Pclose(undated_);
-    h_.H5Tclose(text_type_);
+    if (file_.failed()) return;
+    for (OpenTable& table : tables_) close(table);
+  }
+
+  void begin_run(const RunHead& run) override {
+    run_ = run;
+    entry_ = run.prefix.empty() ? "entry" : run.prefix.substr(0, run.prefix.size() - 1);
+    const hid_t group = file_.group(entry_);
+    file_.attribute(group, "NX_class", "NXentry");
+    h_.H5Gclose(group);
+    file_.text(entry_ + "/title", "Name of the run.", run.title);
+    if (!run.started_utc.empty())
+      file_.text(entry_ + "/start_time", "When the print began, UTC, ISO 8601.", run.started_utc);
+    shown_.reset();
+  }
+
+  void end_run(const std::string& ended_utc) override {
+    if (!ended_utc.empty())
+      file_.text(entry_ + "/end_time", "When the last message was sent, by the print's clock, UTC, ISO 8601.",
+                 ended_utc);
+    if (!shown_) return;
+    file_.soft_link(entry_ + "/plot", "/" + tables_[*shown_].table.path);
+    const hid_t group = file_.checked(h_.H5Gopen2(file_.id(), entry_.c_str(), H5P_DEFAULT), entry_);
+    file_.attribute(group, "default", "plot");
+    h_.H5Gclose(group);
+    if (std::exchange(has_default_, true)) return;  // of several runs the first one
+    const hid_t root = file_.checked(h_.H5Gopen2(file_.id(), "/", H5P_DEFAULT), "the root");
+    file_.attribute(root, "default", entry_);
+    h_.H5Gclose(root);
   }
 
   std::size_t open(const Table& table) override {
-    const hid_t group =
-        checked(h_.H5Gcreate2(file_, table.path.c_str(), groups_, H5P_DEFAULT, H5P_DEFAULT), table.path);
-    attribute(group, "description", table.text);
+    const hid_t group = file_.group(table.path);
+    file_.attribute(group, "description", table.text);
+    if (table.plot) plot(group, table);
     h_.H5Gclose(group);
-    std::vector<Dataset>& columns = tables_.emplace_back();
+    OpenTable& opened = tables_.emplace_back();
+    opened.table = table;
     bool maps = false;
     for (const Column& column : table.columns) {
-      Dataset& d = columns.emplace_back();
+      Dataset& d = opened.columns.emplace_back();
       d.column = column;
       d.path = table.path + "/" + column.name;
       if (column.shape == Shape::kMap) {
@@ -86,24 +105,32 @@ class Hdf5Sink : public TableSink {
         maps = true;
       }
     }
-    if (maps) coordinates(table);
+    if (maps)
+      for (const bool x : {true, false}) (x ? opened.grid_x : opened.grid_y) = positions(table, x);
     for (const Column& column : table.columns)
       if (column.shape == Shape::kList)
         for (const Column& place : list_columns(column)) {
-          Dataset& d = columns.emplace_back();
+          Dataset& d = opened.columns.emplace_back();
           d.column = place;
           d.path = table.path + "/" + d.column.name;
         }
+    opened.rows.column = row_column(table);
+    opened.rows.path = table.path + "/" + opened.rows.column.name;
     return tables_.size() - 1;
   }
 
   void row(std::size_t table, std::span<const Cell> cells) override {
-    std::vector<Dataset>& columns = tables_[table];
+    OpenTable& opened = tables_[table];
+    std::vector<Dataset>& columns = opened.columns;
     std::size_t extra = cells.size();
+    if (opened.table.time_column.empty()) add_integer(opened.rows, opened.count);
+    ++opened.count;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       Dataset& d = columns[i];
       const std::uint64_t before = d.written + d.buffered;
       d.column.kind == Kind::kString ? add_strings(d, cells[i].strings) : add(d, cells[i].numbers);
+      if (!opened.table.time_column.empty() && d.column.name == opened.table.time_column)
+        add(opened.rows, cells[i].numbers);
       if (d.column.shape != Shape::kList) continue;
       add_integer(columns[extra++], before);
       add_integer(columns[extra++], d.written + d.buffered - before);
@@ -111,28 +138,17 @@ class Hdf5Sink : public TableSink {
   }
 
   void document(const std::string& path, const std::string& text, std::string_view content) override {
-    Dataset d;
-    d.path = path;
-    d.column.kind = Kind::kString;
-    const hid_t space = h_.H5Screate(H5S_SCALAR);
-    d.id =
-        checked(h_.H5Dcreate2(file_, path.c_str(), text_type_, space, groups_, undated_, H5P_DEFAULT), path);
-    attribute(d.id, "units", "text");
-    attribute(d.id, "description", text);
-    const std::string clean = valid_utf8(content);
-    const char* chars = clean.c_str();
-    checked(h_.H5Dwrite(d.id, text_type_, H5S_ALL, H5S_ALL, H5P_DEFAULT, &chars), path);
-    h_.H5Sclose(space);
-    h_.H5Dclose(d.id);
+    file_.text(path, text, content);
   }
 
   void finish() override {
-    for (auto& table : tables_)
-      for (Dataset& d : table) {
-        flush(d, true);
-        checked(h_.H5Dclose(std::exchange(d.id, -1)), d.path);
-      }
-    checked(h_.H5Fclose(std::exchange(file_, -1)), "the end of the file");
+    for (OpenTable& table : tables_) {
+      for (Dataset& d : table.columns) flush(d, true);
+      flush(table.rows, true);
+      name_axes(table);
+      close(table);
+    }
+    file_.close();
     std::error_code error;
     fs::rename(part_.path(), target_, error);
     if (error) throw WriteError(target_.string() + ": " + error.message());
@@ -151,58 +167,87 @@ class Hdf5Sink : public TableSink {
     std::vector<std::byte> numbers;
     std::vector<std::string> strings;
   };
+  struct OpenTable {
+    Table table;
+    std::vector<Dataset> columns;
+    Dataset rows;  // the scale along the rows: their time, or their number
+    std::uint64_t count = 0;
+    hid_t grid_x = -1, grid_y = -1;
+  };
 
-  template <class Id>
-  Id checked(Id id, const std::string& what) const {
-    if (id < 0) {
-      failed_ = true;
-      throw WriteError(target_.string() + ": cannot write " + what +
-                       (errno ? std::string(": ") + std::strerror(errno) : ""));
-    }
-    return id;
+  void close(OpenTable& table) {
+    for (Dataset& d : table.columns)
+      if (d.id >= 0) h_.H5Dclose(std::exchange(d.id, -1));
+    for (hid_t* id : {&table.rows.id, &table.grid_x, &table.grid_y})
+      if (*id >= 0) h_.H5Dclose(std::exchange(*id, -1));
   }
 
-  // Of fixed length: strings of variable length would each take a place in a heap of 4096 bytes.
-  void attribute(hid_t of, const char* name, const std::string& text) {
-    const std::string clean = valid_utf8(text);
-    const hid_t space = h_.H5Screate(H5S_SCALAR), type = h_.H5Tcopy(h_.id("H5T_C_S1_g"));
-    h_.H5Tset_size(type, clean.size() + 1);
-    h_.H5Tset_cset(type, H5T_CSET_UTF8);
-    const hid_t id = checked(h_.H5Acreate2(of, name, type, space, H5P_DEFAULT, H5P_DEFAULT), name);
-    h_.H5Awrite(id, type, clean.c_str());
-    h_.H5Aclose(id);
-    h_.H5Tclose(type);
-    h_.H5Sclose(space);
+  Column row_column(const Table& table) const {
+    if (table.time_column.empty())
+      return {"row", Kind::kInt64, Shape::kOne, "1", "Number of the row, from 0.", ""};
+    // CF 1.8, section 4.4; a run of unknown start has a time without an epoch.
+    return {"time",
+            Kind::kInt64,
+            Shape::kOne,
+            run_.started_utc.empty() ? "us" : "microseconds since " + run_.started_utc,
+            "Time of the row by the print's clock.",
+            ""};
   }
 
-  void attribute(hid_t of, const char* name, double value) {
-    const hid_t type = h_.id("H5T_NATIVE_DOUBLE_g"), space = h_.H5Screate(H5S_SCALAR);
-    const hid_t id =
-        checked(h_.H5Acreate2(of, name, h_.id("H5T_IEEE_F64LE_g"), space, H5P_DEFAULT, H5P_DEFAULT), name);
-    h_.H5Awrite(id, type, &value);
-    h_.H5Aclose(id);
-    h_.H5Sclose(space);
+  /// NXdata: signal over layer, y and x, or over the layers alone.
+  void plot(hid_t group, const Table& table) {
+    const DefaultPlot& p = *table.plot;
+    std::vector<std::string> axes{p.axis.empty() ? row_column(table).name : p.axis};
+    if (table.grid) axes.insert(axes.end(), {"grid_y_mm", "grid_x_mm"});
+    file_.attribute(group, "NX_class", "NXdata");
+    file_.attribute(group, "signal", p.signal);
+    file_.attribute(group, "axes", axes);
+    if (p.of_run && (!shown_ || (table.grid && !tables_[*shown_].table.grid))) shown_ = tables_.size();
   }
 
   // Positions of the cells' centres.
-  void coordinates(const Table& table) {
+  hid_t positions(const Table& table, bool x) {
     const GridSpec& g = *table.grid;
-    for (const bool x : {true, false}) {
-      std::vector<double> values;
-      for (int k = 0; k < (x ? g.nx : g.ny); ++k) values.push_back(x ? g.x_mm(k) : g.y_mm(k));
-      const hsize_t size = values.size();
-      const hid_t space = h_.H5Screate_simple(1, &size, nullptr);
-      const std::string path = table.path + (x ? "/grid_x_mm" : "/grid_y_mm");
-      const hid_t id = checked(h_.H5Dcreate2(file_, path.c_str(), h_.id("H5T_IEEE_F64LE_g"), space, groups_,
-                                             undated_, H5P_DEFAULT),
-                               path);
-      attribute(id, "units", "mm");
-      attribute(id, "description", x ? "Centres of the cells along x." : "Centres of the cells along y.");
-      checked(h_.H5Dwrite(id, h_.id("H5T_NATIVE_DOUBLE_g"), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-              path);
-      h_.H5Dclose(id);
-      h_.H5Sclose(space);
+    std::vector<double> values;
+    for (int k = 0; k < (x ? g.nx : g.ny); ++k) values.push_back(x ? g.x_mm(k) : g.y_mm(k));
+    const hsize_t size = values.size();
+    const hid_t space = h_.H5Screate_simple(1, &size, nullptr);
+    const std::string name = x ? "grid_x_mm" : "grid_y_mm", path = table.path + "/" + name;
+    const hid_t id = file_.checked(h_.H5Dcreate2(file_.id(), path.c_str(), h_.id("H5T_IEEE_F64LE_g"), space,
+                                                 file_.intermediate_groups(), file_.undated(), H5P_DEFAULT),
+                                   path);
+    file_.attribute(id, "units", "mm");
+    file_.attribute(id, "description", x ? "Centres of the cells along x." : "Centres of the cells along y.");
+    file_.checked(h_.H5Dwrite(id, h_.id("H5T_NATIVE_DOUBLE_g"), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+                  path);
+    h_.H5Sclose(space);
+    file_.make_scale(id, name);
+    return id;
+  }
+
+  void name_axes(OpenTable& table) {
+    file_.make_scale(table.rows.id, table.rows.column.name);
+    for (Dataset& d : table.columns) {
+      if (d.column.shape == Shape::kList) {
+        const std::string name = d.column.name + "_value";
+        const hid_t values = file_.bare_scale(table.table.path + "/" + name, d.written,
+                                              "Length of " + d.column.name + ": the values of all rows.");
+        file_.attach(d.id, 0, values, d.path);
+        h_.H5Dclose(values);
+        continue;
+      }
+      file_.attach(d.id, 0, table.rows.id, d.path);
+      if (!d.grid) continue;
+      file_.attach(d.id, 1, table.grid_y, d.path);
+      file_.attach(d.id, 2, table.grid_x, d.path);
+      if (table.table.plot && !table.table.plot->axis.empty())
+        file_.attribute(d.id, "coordinates", table.table.plot->axis);  // CF 1.8, section 5
     }
+    for (const Column& list : table.table.columns)
+      if (list.shape == Shape::kList)
+        for (Dataset& d : table.columns)
+          if (d.column.name == list_columns(list)[1].name)  // CF 1.8, section 9.3.3
+            file_.attribute(d.id, "sample_dimension", list.name + "_value");
   }
 
   // A column of few values is written once: in one chunk of its size, and without a chunk, whose index alone
@@ -230,19 +275,20 @@ class Hdf5Sink : public TableSink {
     }
     const hid_t access = h_.H5Pcreate(h_.id("H5P_CLS_DATASET_ACCESS_ID_g"));
     h_.H5Pset_chunk_cache(access, 3, 0, 1.0);  // chunks are written whole
-    d.id = checked(h_.H5Dcreate2(file_, d.path.c_str(),
-                                 text ? text_type_ : h_.id(kMemberTypes[std::size_t(d.column.kind)].file),
-                                 space, groups_, how, access),
-                   d.path);
-    attribute(d.id, "units", d.column.unit);
-    attribute(d.id, "description", d.column.text);
-    if (!d.column.values.empty()) attribute(d.id, "values", d.column.values);
+    d.id = file_.checked(
+        h_.H5Dcreate2(file_.id(), d.path.c_str(),
+                      text ? file_.text_type() : h_.id(kMemberTypes[std::size_t(d.column.kind)].file), space,
+                      file_.intermediate_groups(), how, access),
+        d.path);
+    file_.attribute(d.id, "units", d.column.unit);
+    file_.attribute(d.id, "description", d.column.text);
+    if (!d.column.values.empty()) file_.attribute(d.id, "values", d.column.values);
     if (d.grid) {
-      attribute(d.id, "dimensions", "row, y, x; the row's layer is in the column layer");
-      attribute(d.id, "origin_x_mm", d.grid->origin_x_mm);
-      attribute(d.id, "origin_y_mm", d.grid->origin_y_mm);
-      attribute(d.id, "pitch_x_mm", d.grid->pitch_x_mm);
-      attribute(d.id, "pitch_y_mm", d.grid->pitch_y_mm);
+      file_.attribute(d.id, "dimensions", "row, y, x; the row's layer is in the column layer");
+      file_.attribute(d.id, "origin_x_mm", d.grid->origin_x_mm);
+      file_.attribute(d.id, "origin_y_mm", d.grid->origin_y_mm);
+      file_.attribute(d.id, "pitch_x_mm", d.grid->pitch_x_mm);
+      file_.attribute(d.id, "pitch_y_mm", d.grid->pitch_y_mm);
     }
     h_.H5Pclose(access);
     h_.H5Pclose(how);
@@ -256,13 +302,14 @@ class Hdf5Sink : public TableSink {
       size[2] = part[2] = hsize_t(d.grid->nx);
     }
     errno = 0;
-    if (!d.fixed) checked(h_.H5Dset_extent(d.id, size.data()), d.path);
-    const hid_t space = checked(h_.H5Dget_space(d.id), d.path);
+    if (!d.fixed) file_.checked(h_.H5Dset_extent(d.id, size.data()), d.path);
+    const hid_t space = file_.checked(h_.H5Dget_space(d.id), d.path);
     h_.H5Sselect_hyperslab(space, H5S_SELECT_SET, from.data(), nullptr, part.data(), nullptr);
     const hid_t memory = h_.H5Screate_simple(d.grid ? 3 : 1, part.data(), nullptr);
-    const hid_t type =
-        d.column.kind == Kind::kString ? text_type_ : h_.id(kMemberTypes[std::size_t(d.column.kind)].memory);
-    checked(h_.H5Dwrite(d.id, type, memory, space, H5P_DEFAULT, values), d.path);
+    const hid_t type = d.column.kind == Kind::kString
+                           ? file_.text_type()
+                           : h_.id(kMemberTypes[std::size_t(d.column.kind)].memory);
+    file_.checked(h_.H5Dwrite(d.id, type, memory, space, H5P_DEFAULT, values), d.path);
     h_.H5Sclose(memory);
     h_.H5Sclose(space);
     d.written += count;
@@ -312,13 +359,16 @@ class Hdf5Sink : public TableSink {
     }
   }
 
-  const Hdf5& h_;
   fs::path target_;
   record::PartFile part_;
-  hid_t file_ = -1, text_type_ = -1, groups_ = -1, undated_ = -1;
-  std::vector<std::vector<Dataset>> tables_;
+  Hdf5File file_;
+  const Hdf5& h_;
+  RunHead run_;
+  std::string entry_;                 // group of the run that is written
+  std::optional<std::size_t> shown_;  // table that is plotted for it
+  bool has_default_ = false;
+  std::vector<OpenTable> tables_;
   bool finished_ = false;
-  mutable bool failed_ = false;  ///< the library could not write
 };
 
 }  // namespace

@@ -34,13 +34,14 @@ void write_meta(const runs::ProvenanceDocument& provenance, const std::string& p
 void write_notes(const std::filesystem::path& run, const std::string& prefix, TableSink& sink) {
   const runs::RunNotes notes = runs::read_notes(run);
   if (notes.entries.empty()) return;
-  const std::size_t table = sink.open({prefix + "provenance/notes",
-                                       "What people wrote about the run, oldest first.",
-                                       {text_column("time_utc", "When; empty: an older program kept none."),
-                                        text_column("author", "Who; empty as above."),
-                                        text_column("kind", "note, tag, or untag: a tag was taken away."),
-                                        text_column("text", "The note, or the name of the tag.")},
-                                       std::nullopt});
+  const std::size_t table =
+      sink.open({prefix + "provenance/notes",
+                 "What people wrote about the run, oldest first.",
+                 {text_column("time_utc", "When; empty: an older program kept none."),
+                  text_column("author", "Who; empty as above."),
+                  text_column("kind", "note, tag, untag: a tag was taken away, or ack: an alarm was seen."),
+                  text_column("text", "The note, the name of the tag, or the alarm.")},
+                 std::nullopt});
   for (const runs::NoteEntry& e : notes.entries)
     write_texts(sink, table, {e.time_utc, e.author, std::string(runs::note_kind_word(e.kind)), e.text});
 }

@@ -2,11 +2,14 @@
 
 #include <array>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "files/record/output_target.h"
 #include "files/run_paths.h"
 #include "files/text_file.h"
 #include "lcmtypes/channels.h"
+#include "report/export/foxglove.h"
 #include "report/export/member_texts.h"
 #include "runs/read/run_log.h"
 
@@ -88,8 +91,11 @@ std::uint64_t McapExport::add(const fs::path& run, const std::string& prefix,
   if (fs::exists(notes)) writer_.attachment(prefix + RunPaths::kNotes, "application/jsonl", read_file(notes));
   std::map<std::int64_t, std::array<std::uint16_t, 2>> schemas;  // by fingerprint: JSON, LCM
   std::map<std::pair<std::string, std::int64_t>, std::array<std::uint16_t, 2>> topics;
+  std::vector<FieldPlace> places;
+  std::optional<FoxgloveLog> last_stop;  // a safe stop is repeated until all instruments are safe
   const auto use = [&](const record::Event& e, const Type& type) {
-    if (const auto error = check(type, e.data))
+    places.resize(type.fields.size());
+    if (const auto error = check(type, e.data, places))
       throw runs::bad_message(
           run, e, error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
     if (!schemas.contains(type.fingerprint)) {
@@ -110,8 +116,23 @@ std::uint64_t McapExport::add(const fs::path& run, const std::string& prefix,
     writer_.message(json, std::uint32_t(e.eventnum), time_ns, to_json(type, e.data, {0, true}));
     writer_.message(lcm, std::uint32_t(e.eventnum), time_ns,
                     {reinterpret_cast<const char*>(e.data.data()), e.data.size()});
+    if (const auto grid = foxglove_grid(type, e.data, places, time_ns))
+      known(kFoxgloveGrid, prefix + "foxglove/" + std::string(e.channel), e, time_ns, *grid);
+    const auto log = foxglove_log(type, e.data);
+    if (!log || (type.name == "safe_stop_t" && std::exchange(last_stop, log) == log)) return;
+    known(kFoxgloveLog, prefix + "foxglove/LOG", e, time_ns, log_json(*log, time_ns));
   };
   return runs::each_message(run, use, progress);
+}
+
+void McapExport::known(std::string_view schema, const std::string& topic, const record::Event& e,
+                       std::uint64_t time_ns, const std::string& json) {
+  const std::string name(schema);
+  if (!known_schemas_.contains(name))
+    known_schemas_[name] = writer_.add_schema(name, "jsonschema", foxglove_schema(schema));
+  if (!known_topics_.contains(topic))
+    known_topics_[topic] = writer_.add_channel(known_schemas_[name], "/" + topic, "json", {});
+  writer_.message(known_topics_[topic], std::uint32_t(e.eventnum), time_ns, json);
 }
 
 void McapExport::finish() {

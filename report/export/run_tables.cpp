@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <ctime>
 #include <map>
 #include <stdexcept>
 #include <tuple>
@@ -105,6 +106,29 @@ std::string about(const ChannelInfo* channel, const Type& type) {
          "One row a " + type.name + ", in the order of the log.";
 }
 
+// The first map of a channel over the layers, and the error of each layer.
+std::optional<DefaultPlot> plot_of(const Table& table, std::string_view channel) {
+  const auto has = [&](std::string_view name) {
+    return std::ranges::any_of(table.columns,
+                               [&](const Column& c) { return c.name == name && c.shape == Shape::kOne; });
+  };
+  if (!has("layer")) return {};
+  const auto map = std::ranges::find(table.columns, Shape::kMap, &Column::shape);
+  if (map != table.columns.end()) return DefaultPlot{map->name, "layer", channel == "HEIGHT_MAP"};
+  if (has("rms_mm")) return DefaultPlot{"rms_mm", "layer", true};
+  return {};
+}
+
+// "2026-12-01T09:30:00Z" that many microseconds after another such time; empty if that is no such time.
+std::string utc_after(const std::string& started_utc, std::int64_t us) {
+  std::tm parts{};
+  if (!::strptime(started_utc.c_str(), "%Y-%m-%dT%H:%M:%SZ", &parts)) return "";
+  const std::time_t end = ::timegm(&parts) + std::time_t(us / 1'000'000);
+  ::gmtime_r(&end, &parts);
+  std::array<char, 32> text{};
+  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts)};
+}
+
 /// Opens a table for each channel, type, grid and shape of arrays, as they are met in the log.
 class LogTables {
  public:
@@ -115,6 +139,8 @@ class LogTables {
     return runs::each_message(
         run_, [this](const record::Event& e, const Type& type) { add(e, type); }, progress);
   }
+
+  std::int64_t last_utime_us() const { return last_utime_us_; }
 
   /// Returns the first grid of a message with so many cells.
   GridSpec grid(int nx, int ny) const {
@@ -156,6 +182,7 @@ class LogTables {
           run_, e, error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
     const std::size_t table = table_of(plan, e);
     cells_.resize(type.fields.size() + 2);
+    last_utime_us_ = std::max(last_utime_us_, e.utime_us);
     record::put_big64(numbers_.data(), e.eventnum);
     record::put_big64(numbers_.data() + 8, std::uint64_t(e.utime_us));
     cells_[0].numbers = std::span(numbers_).first(8);
@@ -223,6 +250,8 @@ class LogTables {
       table.columns.push_back(column_of(*plan.type, plan.type->fields[i], e.channel));
       table.columns.back().shape = shapes[i];
     }
+    table.time_column = "log_utime_us";
+    table.plot = plot_of(table, e.channel);
     return plan.tables[key] = sink_.open(table);
   }
 
@@ -241,6 +270,7 @@ class LogTables {
   std::map<std::string, int> names_;
   std::vector<GridSpec> grids_;
   std::size_t tables_ = 0;
+  std::int64_t last_utime_us_ = 0;
   std::vector<FieldPlace> places_;
   std::vector<Cell> cells_;
   std::array<std::byte, 16> numbers_{};
@@ -291,6 +321,8 @@ std::uint64_t export_run(const fs::path& run, const std::string& prefix, TableSi
   const runs::RunTexts texts = runs::read_texts(run);
   const runs::ProvenanceDocument provenance =
       runs::parse_provenance(texts.provenance_json, RunPaths(run).provenance_path().string());
+  const std::string started_utc = provenance.text("started_utc");
+  sink.begin_run({prefix, provenance.text("name"), started_utc});
   sink.document(prefix + "configuration/experiment_toml", "The experiment with every key resolved, TOML.",
                 texts.experiment_toml);
   sink.document(prefix + "provenance/provenance_json",
@@ -303,6 +335,7 @@ std::uint64_t export_run(const fs::path& run, const std::string& prefix, TableSi
   const std::uint64_t messages = reader.read(progress);
   write_inputs(run, provenance, prefix, reader, sink);
   write_outlines(run, provenance, prefix, sink);
+  sink.end_run(utc_after(started_utc, reader.last_utime_us()));
   return messages;
 }
 

@@ -33,11 +33,27 @@ struct Column {
   std::string values;  ///< names of values: "kPrint = 0, kEnd = 1"; empty: a quantity
 };
 
+/// The plot that a viewer of NeXus files shows of a table.
+struct DefaultPlot {
+  std::string signal;   ///< column: a map, or one value a row
+  std::string axis;     ///< column of one value a row, along the rows; empty: their time or number
+  bool of_run = false;  ///< may stand for the run as a whole; one of maps is preferred
+};
+
 struct Table {
   std::string path;  ///< "maps/HEIGHT_MAP"; groups are the parts before the last one
   std::string text;
   std::vector<Column> columns;
-  std::optional<GridSpec> grid;  ///< of all its maps
+  std::optional<GridSpec> grid;          ///< of all its maps
+  std::optional<DefaultPlot> plot = {};  ///< none: not worth one
+  std::string time_column = {};          ///< int64 [us] since the start of the run; empty: rows have no time
+};
+
+/// A run as a whole; formats without a place for it leave these to the provenance.
+struct RunHead {
+  std::string prefix;       ///< of its tables, "" or "RUN/"
+  std::string title;        ///< the run's name
+  std::string started_utc;  ///< "2026-12-01T09:30:00Z"; empty: not told
 };
 
 /// Columns that say where each row's values of a list lie among those of all rows: NAME_first and NAME_count.
@@ -60,6 +76,10 @@ struct Cell {
 class TableSink {
  public:
   virtual ~TableSink() = default;
+  /// Begins a run: the tables that follow are its.
+  virtual void begin_run(const RunHead& /*run*/) {}
+  /// @param ended_utc time of the last message; empty: not told
+  virtual void end_run(const std::string& /*ended_utc*/) {}
   /// @returns the number of the table, from 0
   virtual std::size_t open(const Table& table) = 0;
   /// @param cells one for each column
