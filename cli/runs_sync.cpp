@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 
 #include "cli/runs_command.h"
 #include "core/options/enumerators.h"
@@ -11,6 +12,7 @@
 #include "print/interrupt.h"
 #include "print/progress.h"
 #include "runs/folder/archive_copy.h"
+#include "runs/folder/far_archive.h"
 #include "runs/folder/run_folder.h"
 
 namespace firn {
@@ -37,7 +39,12 @@ std::vector<fs::path> runs_of_places(const std::vector<std::string>& places) {
   return found;
 }
 
-runs::ArchiveCopy copy_one(const fs::path& run, const runs::ArchiveLock& archive) try {
+std::unique_ptr<runs::Archive> archive_at(const std::string& word) {
+  if (auto far = runs::far_place(word)) return std::make_unique<runs::FarArchive>(std::move(*far));
+  return std::make_unique<runs::FolderArchive>(word);
+}
+
+runs::ArchiveCopy copy_one(const fs::path& run, runs::Archive& archive) try {
   return runs::copy_to_archive(run, archive);
 } catch (const UsageError& e) {
   if (std::string_view(e.what()).find("rsync is not installed") != std::string_view::npos) throw;
@@ -49,13 +56,9 @@ runs::ArchiveCopy copy_one(const fs::path& run, const runs::ArchiveLock& archive
 }  // namespace
 
 int sync_runs(const RunsOptions& o) {
-  if (o.words.size() != 2) throw UsageError("sync: give the folder of the archive");
-  const std::string& word = o.words[1];
-  if (const std::size_t colon = word.find(':'); colon != word.npos && word.find('/') > colon)
-    throw UsageError("sync " + word +
-                     ": an archive is a folder of this computer; mount the other one's, such as by sshfs");
+  if (o.words.size() != 2) throw UsageError("sync: give the folder of the archive, or HOST:PATH");
   const std::vector<fs::path> all = runs_of_places(o.runs);
-  const runs::ArchiveLock archive(word);
+  const std::unique_ptr<runs::Archive> archive = archive_at(o.words[1]);
   nlohmann::ordered_json told = nlohmann::ordered_json::array();
   JobProgress progress("copying");
   const InterruptGuard guard;
@@ -64,7 +67,7 @@ int sync_runs(const RunsOptions& o) {
   for (const fs::path& run : all) {
     if (InterruptGuard::raised()) return kInterrupted;
     progress.show(double(done++) / double(all.size()), run.filename().string());
-    const runs::ArchiveCopy copy = copy_one(run, archive);
+    const runs::ArchiveCopy copy = copy_one(run, *archive);
     failed = failed || copy.state == CopyState::kLeftOut;
     const char* state = kCopyStates[std::size_t(copy.state)];
     told.push_back({{"run", run.string()}, {"state", state}, {"why", copy.why}, {"seal", copy.digest}});

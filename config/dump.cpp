@@ -57,7 +57,8 @@ std::string configuration_markdown() {
          "types and required keys in `[lab.meta]`: `batch = {type = \"text\", required = true, one_of = "
          "[...],\n"
          "meaning = \"...\"}`; types are text, number, integer, boolean and date. `run.name` may hold "
-         "`{meta.KEY}`.\n"
+         "`{meta.KEY}`. `[lab.use]` of a lab file limits what a batch and an instrument give: `batch_mm3 = "
+         "50000`, `lamp_h = 1000`, `warn_percent = 90` ([firn runs use](commands/runs.md#use)).\n"
          "No node reads `[meta]`, so that it changes no byte of a print. How it is used: "
          "[print](commands/print.md#what-is-printed).\n" +
          fields_markdown(table);

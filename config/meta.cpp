@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "config/devices.h"
 #include "config/error.h"
 #include "config/meta_reader.h"
 #include "core/options/number.h"
@@ -99,6 +100,10 @@ void MetaReader::read(std::string_view section, const MetaNode& node, const std:
   if (!node.is_table) throw ConfigError(file, line, name, name + ": is a section of keys, not a value");
   for (const MetaNode& member : node.members) {
     check_meta_key(name, member.key, file, member.line);
+    if (section == "lab.use") {
+      limit(member, file);
+      continue;
+    }
     if (section == "lab.meta") {
       declare(member.key, member, file, member.line);
       continue;
@@ -110,6 +115,31 @@ void MetaReader::read(std::string_view section, const MetaNode& node, const std:
   }
   if (given_.size() > kMaxMetaKeys)
     throw ConfigError(file, line, name, name + ": has more than " + std::to_string(kMaxMetaKeys) + " keys");
+}
+
+void MetaReader::limit(const MetaNode& member, const std::string& file) {
+  constexpr std::string_view kHours = "_h";
+  constexpr double kMaxPercent = 100.0, kMaxLimit = 1e12;
+  const std::string full = "lab.use." + member.key;
+  const auto refuse = [&](const std::string& problem) {
+    throw ConfigError(file, member.line, full, full + ": " + problem);
+  };
+  const bool of_instrument =
+      member.key.ends_with(kHours) &&
+      port_defaults(member.key.substr(0, member.key.size() - kHours.size())).has_value();
+  if (!of_instrument && member.key != "batch_mm3" && member.key != "warn_percent")
+    refuse("unknown; there are batch_mm3, warn_percent, and NODE_h of each instrument, such as lamp_h");
+  double value = 0.0;
+  if (member.value) {
+    if (const auto* integer = std::get_if<std::int64_t>(&*member.value)) value = double(*integer);
+    if (const auto* number = std::get_if<double>(&*member.value)) value = *number;
+  }
+  const double most = member.key == "warn_percent" ? kMaxPercent : kMaxLimit;
+  if (!(value > 0.0 && value <= most)) refuse("must be a number above 0, at most " + meta_value_text(most));
+  if (member.key == "warn_percent")
+    warn_percent_ = value;
+  else
+    limits_[member.key] = value;
 }
 
 void MetaReader::declare(const std::string& key, const MetaNode& node, const std::string& file, int line) {
@@ -211,6 +241,8 @@ PrintMeta MetaReader::finish() const {
   for (const auto& [key, rule] : rules_)
     if (rule.required && !given_.contains(key))
       meta.missing.push_back({key, rule.meaning, rule.file, rule.line});
+  for (const auto& [key, limit] : limits_) meta.use.limits.push_back({key, limit});
+  meta.use.warn_percent = warn_percent_;
   return meta;
 }
 

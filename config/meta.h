@@ -31,9 +31,20 @@ struct MissingMeta {
   int line = 0;
 };
 
+/// A limit of [lab.use] that use is compared with.
+struct UseLimit {
+  std::string key;  ///< "batch_mm3", "lamp_h": the instrument and its hours
+  double limit = 0.0;
+};
+struct UseLimits {
+  std::vector<UseLimit> limits;  ///< in the order of the keys
+  double warn_percent = 90.0;    ///< of a limit, from which on a print warns
+};
+
 struct PrintMeta {
   Meta values;
   std::vector<MissingMeta> missing;
+  UseLimits use = {};
 };
 
 /// Keys that every lab knows. All are texts; a lab may declare another type.
@@ -47,7 +58,7 @@ std::string meta_value_text(const MetaValue& value);
 /// Returns the section [meta] as TOML; empty without entries.
 std::string meta_toml(const Meta& meta);
 
-/// Reads [meta] of an experiment, checked by the types that [lab.meta] of its lab declares.
+/// Reads [meta] of an experiment, checked by the types that [lab.meta] of its lab declares, and [lab.use].
 /// @param named_texts, overrides as of parse_experiment; "meta.KEY=VALUE" gives a key
 /// @throws ConfigError naming file, line, key and requirement, also for mistakes of other sections
 PrintMeta parse_meta(const std::vector<std::pair<std::string, std::string>>& named_texts,

@@ -1,4 +1,5 @@
-// MetaReader gathers [meta] and its declarations in [lab.meta] while a configuration is read.
+// MetaReader gathers [meta], its declarations in [lab.meta], and the limits of [lab.use] while a
+// configuration is read.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +24,8 @@ struct MetaNode {
 
 class MetaReader {
  public:
-  /// Returns true for the two sections that it reads.
-  static bool reads(std::string_view key) { return key == "meta" || key == "lab.meta"; }
+  /// Returns true for the three sections that it reads.
+  static bool reads(std::string_view key) { return key == "meta" || key == "lab.meta" || key == "lab.use"; }
   /// @throws ConfigError naming key, value and requirement
   void read(std::string_view section, const MetaNode& node, const std::string& file, int line);
   /// Takes "meta.KEY=VALUE" of a command line. The type that a lab declares is that of VALUE; without
@@ -54,10 +55,13 @@ class MetaReader {
   };
 
   void declare(const std::string& key, const MetaNode& node, const std::string& file, int line);
+  void limit(const MetaNode& member, const std::string& file);
   MetaValue checked(const std::string& key, const Given& given) const;
 
   std::map<std::string, Rule> rules_;
   std::map<std::string, Given> given_;
+  std::map<std::string, double> limits_;
+  double warn_percent_ = UseLimits{}.warn_percent;
 };
 
 }  // namespace firn

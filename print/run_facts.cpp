@@ -13,6 +13,7 @@
 #include "lcmtypes/convert.h"
 #include "replay/audit_run.h"
 #include "replay/ice_error.h"
+#include "runs/read/print_use.h"
 #include "runs/read/run_reader.h"
 
 namespace firn {
@@ -100,6 +101,7 @@ void add_facts(const runs::RunFolder& run, const Experiment& e, runs::RunResult&
     }
   } catch (const std::exception&) {  // an unreadable record: the audit names it
   }
+  r.use = runs::print_use(run.path());
   r.audit = audit_of(run.path());
 }
 

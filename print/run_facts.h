@@ -1,5 +1,5 @@
 // add_facts() completes the result of a print with the facts that the records of its run hold: part,
-// overspill, RMS inside and on the rim, audit. They are computed here alone and kept in result.json.
+// overspill, RMS inside and on the rim, use, audit. They are computed here alone and kept in result.json.
 #pragma once
 
 #include <string>

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "report/draw/svg.h"
+#include "runs/folder/verdict.h"
 
 namespace firn::report {
 namespace {
@@ -26,6 +27,11 @@ std::string tag_words(const runs::RunNotes& notes) {
   return text;
 }
 
+std::string used_words(const ReportRun& r) {
+  const auto& result = r.data.result;
+  return result && result->use ? runs::use_words(*result->use, r.data.words) : "";
+}
+
 std::string note_list(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
   std::string s;
   for (std::size_t n = 0; n < runs.size(); ++n)
@@ -35,6 +41,11 @@ std::string note_list(const std::vector<ReportRun>& runs, const std::vector<std:
            escape_html(note.text) +
            (who.empty() ? "" : " <span class=\"soft\">" + escape_html(who) + "</span>") + "</li>\n";
     }
+  for (std::size_t n = 0; n < runs.size(); ++n)
+    for (const runs::NoteEntry& seen : runs[n].data.notes.acknowledged())
+      s += "<li>" + (runs.size() > 1 ? "<b>" + escape_html(names[n]) + "</b>: " : std::string()) +
+           "alarm at " + escape_html(seen.text) + " <span class=\"soft\">acknowledged by " +
+           escape_html(seen.author) + ", " + escape_html(seen.time_utc) + "</span></li>\n";
   return s.empty() ? "" : "<h3>Notes</h3>\n<ul>\n" + s + "</ul>\n";
 }
 
@@ -44,10 +55,11 @@ std::string meta_table(const std::vector<ReportRun>& runs, const std::vector<std
   const std::vector<std::string> keys = meta_keys(runs);
   const bool tagged =
       std::ranges::any_of(runs, [](const ReportRun& r) { return !r.data.notes.tags().empty(); });
+  const bool used = std::ranges::any_of(runs, [](const ReportRun& r) { return !used_words(r).empty(); });
   const std::string notes = note_list(runs, names);
-  if (keys.empty() && !tagged && notes.empty()) return "";
+  if (keys.empty() && !tagged && !used && notes.empty()) return "";
   std::string s = "<h2>What was printed</h2>\n";
-  if (!keys.empty() || tagged) {
+  if (!keys.empty() || tagged || used) {
     std::vector<std::string> head{""};
     for (const std::string& n : names) head.push_back(escape_html(n));
     s +=
@@ -60,6 +72,11 @@ std::string meta_table(const std::vector<ReportRun>& runs, const std::vector<std
     if (tagged) {
       std::vector<std::string> cells{"tags"};
       for (const ReportRun& r : runs) cells.push_back(escape_html(tag_words(r.data.notes)));
+      s += table_row(cells);
+    }
+    if (used) {
+      std::vector<std::string> cells{"used"};
+      for (const ReportRun& r : runs) cells.push_back(escape_html(used_words(r)));
       s += table_row(cells);
     }
     s += "</tbody></table></div>\n";

@@ -56,9 +56,11 @@ void seal_its_notes(const fs::path& run) {
   seal_notes(run);
 }
 
+}  // namespace
+
 // Files of a lock and unfinished ones stay; links, pipes and devices are none of a run's.
-void call_rsync(const fs::path& from, const fs::path& to, const fs::path& before,
-                const std::atomic<bool>* stop) {
+std::string rsync_run(const std::vector<std::string>& how, const std::string& from, const std::string& to,
+                      const std::atomic<bool>* stop) {
   std::vector<std::string> words{"rsync",
                                  "-rtp",
                                  "--partial",
@@ -67,16 +69,15 @@ void call_rsync(const fs::path& from, const fs::path& to, const fs::path& before
                                  "--exclude=/io/lock",
                                  "--exclude=*.part",
                                  "--exclude=/operator"};
-  if (!before.empty()) words.push_back("--link-dest=" + fs::absolute(before).string());
-  words.insert(words.end(), {"--", fs::absolute(from).string() + "/", fs::absolute(to).string() + "/"});
+  words.insert(words.end(), how.begin(), how.end());
+  words.insert(words.end(), {"--", from, to});
   const CommandEnd end = run_command(std::move(words), stop);
   if (end.missing()) throw UsageError("rsync is not installed: apt install rsync");
-  if (end.code != 0) throw std::runtime_error(from.string() + ": rsync: " + end.reason());
+  if (end.code != 0) throw std::runtime_error(from + ": rsync: " + end.reason());
+  return end.output;
 }
 
-}  // namespace
-
-ArchiveLock::ArchiveLock(const fs::path& archive) : archive_(archive) {
+FolderArchive::FolderArchive(const fs::path& archive) : archive_(fs::absolute(archive)) {
   std::error_code error;
   fs::create_directories(archive, error);
   folder_ = ::open(archive.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -86,17 +87,46 @@ ArchiveLock::ArchiveLock(const fs::path& archive) : archive_(archive) {
   throw UsageError(archive.string() + ": another process copies runs into it");
 }
 
-ArchiveLock::~ArchiveLock() { ::close(folder_); }
+FolderArchive::~FolderArchive() { ::close(folder_); }
 
-ArchiveCopy copy_to_archive(const fs::path& run, const ArchiveLock& archive, const std::atomic<bool>* stop) {
+fs::path FolderArchive::look(const std::string& name) {
+  return fs::exists(archive_ / name) ? archive_ / name : fs::path();
+}
+
+void FolderArchive::send(const fs::path& run, const std::string& name, bool renews, bool thorough,
+                         const std::atomic<bool>* stop) {
+  std::vector<std::string> how;
+  if (thorough) how.push_back("--checksum");
+  if (renews) how.push_back("--link-dest=" + (archive_ / name).string());
+  rsync_run(how, fs::absolute(run).string() + "/", (archive_ / (kArriving + name)).string() + "/", stop);
+}
+
+std::string FolderArchive::verify(const fs::path&, const std::string& name, const std::string& digest,
+                                  const std::atomic<bool>*) {
+  const SealCheck arrived = check_seals(archive_ / (kArriving + name), true);
+  if (arrived.whole() && !arrived.seals.empty() && arrived.seals.back().digest == digest) return "";
+  return arrived.lines().empty() ? "its seals are others" : arrived.lines().front();
+}
+
+void FolderArchive::keep(const std::string& name, bool renews) {
+  const fs::path target = archive_ / name, going = archive_ / (kRemoving + name);
+  if (renews) {
+    fs::remove_all(going);
+    fs::rename(target, going);
+  }
+  fs::rename(archive_ / (kArriving + name), target);
+  record::sync_folder(archive_);
+  fs::remove_all(going);
+}
+
+ArchiveCopy copy_to_archive(const fs::path& run, Archive& archive, const std::atomic<bool>* stop) {
   const std::string name = fs::canonical(run).filename().string();
-  const fs::path target = archive.archive() / name, arriving = archive.archive() / (kArriving + name),
-                 going = archive.archive() / (kRemoving + name);
   std::optional<Seal> newest = newest_seal(run);
   if (!newest) return left_out("it is not sealed");
   if (newest->open) return left_out("its print has not ended, or its end is not sealed");
-  const bool there = is_run(target);
-  if (!there && fs::exists(target)) return left_out(target.string() + " is no run");
+  const fs::path target = archive.look(name);
+  const bool there = !target.empty();
+  if (there && !is_run(target)) return left_out(name + " is no run there");
   if (there) {
     const std::optional<Seal> kept = newest_seal(target);
     if (!kept || kept->run_id != newest->run_id) return left_out("another run has this name there");
@@ -108,18 +138,16 @@ ArchiveCopy copy_to_archive(const fs::path& run, const ArchiveLock& archive, con
   const SealCheck whole = check_seals(run);
   if (!whole.lines().empty()) return left_out("it is not as it was sealed: " + whole.lines().front());
   const std::string digest = whole.seals.back().digest;
-  call_rsync(run, arriving, there ? target : fs::path(), stop);
-  const SealCheck arrived = check_seals(arriving, true);
-  if (!arrived.whole() || arrived.seals.empty() || arrived.seals.back().digest != digest)
-    return left_out("the copy is not what was sealed: " +
-                    (arrived.lines().empty() ? "its seals are others" : arrived.lines().front()));
-  if (there) {
-    fs::remove_all(going);
-    fs::rename(target, going);
+  // What an earlier call left, or what changed on the way, has the right size and time and is sent again
+  // once.
+  archive.send(run, name, there, false, stop);
+  std::string why = archive.verify(run, name, digest, stop);
+  if (!why.empty()) {
+    archive.send(run, name, there, true, stop);
+    why = archive.verify(run, name, digest, stop);
   }
-  fs::rename(arriving, target);
-  record::sync_folder(archive.archive());
-  fs::remove_all(going);
+  if (!why.empty()) return left_out("the copy is not what was sealed: " + why);
+  archive.keep(name, there);
   return {there ? ArchiveCopy::State::kRenewed : ArchiveCopy::State::kCopied, "", digest};
 }
 

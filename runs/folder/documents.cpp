@@ -99,6 +99,28 @@ std::string shown(const Json& value, const std::string& where) {
   return value.is_null() ? "" : value.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+PrintUse use_of(const Json& json, const std::string& where) {
+  if (!json.is_object()) bad(where, "must be an object");
+  const auto number = [&](const Json& of, const char* key, const char* unit) {
+    const double value = finite(at(of, key, where), where + "." + key, unit);
+    if (value < 0.0) bad(where + "." + key, "must not be negative");
+    return value;
+  };
+  PrintUse use;
+  use.amount = whole(at(json, "amount", where), where + ".amount", 0, std::int64_t(1) << 53);
+  use.volume_mm3 = number(json, "volume_mm3", "mm^3");
+  use.depositing = text_of(at(json, "depositing", where), where + ".depositing");
+  const Json& all = at(json, "instruments", where);
+  if (!all.is_object()) bad(where + ".instruments", "must be an object");
+  for (const auto& [node, one] : all.items()) {
+    if (!one.is_object()) bad(where + ".instruments." + node, "must be an object");
+    use.instruments.emplace_back(
+        node, InstrumentUse{text_of(at(one, "port", where), where + ".port"), number(one, "hours", "h"),
+                            number(one, "volume_mm3", "mm^3")});
+  }
+  return use;
+}
+
 }  // namespace
 
 std::string ProvenanceDocument::text(std::string_view key) const {
@@ -158,6 +180,14 @@ std::string result_text(const RunResult& r) {
         values[std::string(m.name)] = v;
     if (r.outline->cut) values[kSizeCut] = true;
   }
+  if (r.use) {
+    auto& use = j["use"] = {{"amount", r.use->amount},
+                            {"volume_mm3", r.use->volume_mm3},
+                            {"depositing", r.use->depositing},
+                            {"instruments", nlohmann::ordered_json::object()}};
+    for (const auto& [node, i] : r.use->instruments)
+      use["instruments"][node] = {{"port", i.port}, {"hours", i.hours}, {"volume_mm3", i.volume_mm3}};
+  }
   if (!r.audit.empty()) j["audit"] = r.audit;
   return j.dump(2, ' ', false, Json::error_handler_t::replace);
 }
@@ -200,6 +230,7 @@ RunResult parse_result(std::string_view text, const std::string& name) {
       r.outline->cut = cut->get<bool>();
     }
   }
+  if (const Json* use = known("use")) r.use = use_of(*use, where("use"));
   if (const Json* audit = known("audit")) r.audit = text_of(*audit, where("audit"));
   return r;
 }

@@ -39,6 +39,21 @@ struct PrintedPart {
   std::array<double, 3> size_mm{};
 };
 
+/// What an instrument did in a print.
+struct InstrumentUse {
+  std::string port;         ///< "simulated", or its address
+  double hours = 0.0;       ///< at work, of node time; of a lamp: its commanded exposures
+  double volume_mm3 = 0.0;  ///< that it deposited
+};
+
+/// What a print used up.
+struct PrintUse {
+  std::int64_t amount = 0;  ///< droplets, pulses or switches
+  double volume_mm3 = 0.0;  ///< by the model of a droplet or a pulse, else by the maps
+  std::string depositing;   ///< node of the instrument that deposited
+  std::vector<std::pair<std::string, InstrumentUse>> instruments;  ///< by node, in the lab's order
+};
+
 /// result.json: the end of a print and its verdict, as every command, the page and the report show it.
 struct RunResult {
   std::string
@@ -52,6 +67,7 @@ struct RunResult {
   std::optional<PrintedPart> part = {};
   std::optional<double> overspill_percent = {};  ///< of the last map: volume beside the part over the part's
   std::optional<OutlineStats> outline = {};      ///< of the last map; none: also in a lab of paths
+  std::optional<PrintUse> use = {};               ///< none: an older program printed
   std::string audit = {};  ///< "clean", "2 violations: layer 3 ..."; of the records, without their seal
 };
 

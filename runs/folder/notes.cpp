@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 using NoteJson = nlohmann::ordered_json;
 using NoteKind = NoteEntry::Kind;
 
-constexpr const char* kNoteKinds[] = {"note", "tag", "untag"};
+constexpr const char* kNoteKinds[] = {"note", "tag", "untag", "ack"};
 static_assert(std::size(kNoteKinds) == kTableSize<NoteKind>);
 
 std::string note_time() {
@@ -129,7 +129,7 @@ void append_notes(const fs::path& file, std::string lines) {
 std::vector<std::string> RunNotes::tags() const {
   std::vector<std::string> set;
   for (const NoteEntry& e : entries) {
-    if (e.kind == NoteKind::kNote) continue;
+    if (e.kind != NoteKind::kTag && e.kind != NoteKind::kUntag) continue;
     std::erase(set, e.text);
     if (e.kind == NoteKind::kTag) set.push_back(e.text);
   }
@@ -140,6 +140,14 @@ std::vector<NoteEntry> RunNotes::notes() const {
   std::vector<NoteEntry> all = entries;
   std::erase_if(all, [](const NoteEntry& e) { return e.kind != NoteKind::kNote; });
   return all;
+}
+
+std::vector<NoteEntry> RunNotes::acknowledged() const {
+  std::vector<NoteEntry> first;
+  for (const NoteEntry& e : entries)
+    if (e.kind == NoteKind::kAck && std::ranges::find(first, e.text, &NoteEntry::text) == first.end())
+      first.push_back(e);
+  return first;
 }
 
 RunNotes read_notes(const fs::path& run) {
@@ -172,14 +180,24 @@ void add_notes(const fs::path& run, std::vector<NoteEntry> entries) {
     if (e.host.empty()) e.host = note_host();
     if (e.kind == NoteKind::kNote)
       check_note("a note", e.text, kMaxNoteBytes, true);
+    else if (e.kind == NoteKind::kAck)
+      check_note("an alarm", e.text, kMaxNoteBytes, false);
     else
       check_note("a tag", e.text, kMaxTagBytes, false);
     check_note("the author of a note", e.author, kMaxAuthorBytes, false);
   }
   const RunLock lock(run, RunUse::kNote);
-  std::vector<std::string> tags = read_notes(run).tags();
+  const RunNotes before = read_notes(run);
+  std::vector<std::string> tags = before.tags();
+  std::vector<NoteEntry> acknowledged = before.acknowledged();
   std::string lines;
   for (const NoteEntry& e : entries) {
+    if (e.kind == NoteKind::kAck) {
+      if (std::ranges::find(acknowledged, e.text, &NoteEntry::text) == acknowledged.end())
+        lines += note_line(e);
+      acknowledged.push_back(e);
+      continue;
+    }
     const bool is_set = std::ranges::find(tags, e.text) != tags.end();
     if ((e.kind == NoteKind::kTag && is_set) || (e.kind == NoteKind::kUntag && !is_set)) continue;
     if (e.kind == NoteKind::kUntag) std::erase(tags, e.text);

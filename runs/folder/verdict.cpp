@@ -55,6 +55,15 @@ std::string part_words(const PrintedPart& p) {
                      for_people(p.size_mm[2]));
 }
 
+std::string use_words(const PrintUse& use, const LabWords& lab) {
+  if (use.amount == 0 && use.volume_mm3 == 0.0) return "";
+  std::string hours;
+  for (const auto& [node, i] : use.instruments)
+    if (i.hours > 0.0) hours += (hours.empty() ? "; " : ", ") + node + " " + for_people(i.hours) + " h";
+  return for_people(use.volume_mm3) + " mm^3 in " + std::to_string(use.amount) + " " +
+         std::string(lab.amount) + hours;
+}
+
 std::string result_lines(const RunResult& r, const LabWords& lab) {
   std::string text;
   if (r.part) text += "part: " + part_words(*r.part) + "\n";
@@ -74,6 +83,8 @@ std::string result_lines(const RunResult& r, const LabWords& lab) {
     text += "\n";
   }
   if (r.outline) text += edge_words(*r.outline, lab);
+  if (const std::string used = r.use ? use_words(*r.use, lab) : ""; !used.empty())
+    text += "used: " + used + "\n";
   if (!r.audit.empty()) text += "audit: " + r.audit + "\n";
   return text;
 }

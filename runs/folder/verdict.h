@@ -15,6 +15,9 @@ std::string verdict_words(const RunResult& result, const LabWords& lab);
 /// Returns "finished: the last layer is printed": the outcome and why.
 std::string end_words(const RunResult& result);
 
+/// Returns "12.3 mm^3 in 4567 droplets; stage 0.21 h, lamp 0.012 h"; empty: nothing was used.
+std::string use_words(const PrintUse& use, const LabWords& lab);
+
 /// Returns "cylinder, 10 x 10 x 0.4 mm".
 std::string part_words(const PrintedPart& part);
 

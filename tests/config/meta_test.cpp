@@ -35,6 +35,34 @@ std::string refusal(const Texts& texts, const std::vector<std::string>& override
   return error.what();
 }
 
+TEST_CASE("[lab.use] limits a batch and instruments, in the order of the keys") {
+  const UseLimits use =
+      parse_meta({{"lab.toml", "[lab.use]\nlamp_h = 1000\nbatch_mm3 = 5e4\nwarn_percent = 80\n"}}, {}).use;
+  REQUIRE(use.limits.size() == 2);
+  CHECK(use.limits[0].key == "batch_mm3");
+  CHECK(use.limits[0].limit == 5e4);
+  CHECK(use.limits[1].key == "lamp_h");
+  CHECK(use.limits[1].limit == 1000.0);
+  CHECK(use.warn_percent == 80.0);
+  CHECK(parse_meta({{"x.toml", ""}}, {}).use.limits.empty());
+  CHECK(parse_meta({{"x.toml", ""}}, {}).use.warn_percent == 90.0);
+}
+
+TEST_CASE("a limit of [lab.use] that is none is refused by file, line and requirement") {
+  const auto refused = [](const std::string& line) {
+    return refusal({{"lab.toml", "[lab.use]\n" + line + "\n"}});
+  };
+  CHECK_THAT(refused("controller_h = 5"),
+             Contains("lab.toml:2: lab.use.controller_h: unknown; there are batch_mm3"));
+  CHECK_THAT(refused("lamp = 5"), Contains("lab.use.lamp: unknown"));
+  for (const char* bad : {"lamp_h = 0", "lamp_h = -1", "lamp_h = \"many\"", "lamp_h = nan", "lamp_h = 2e12",
+                          "warn_percent = 101", "batch_mm3 = [1]", "batch_mm3 = true"}) {
+    INFO(bad);
+    CHECK_THAT(refused(bad), Contains("lab.toml:2: lab.use.") && Contains("must be a number above 0"));
+  }
+  CHECK_THAT(refusal({{"lab.toml", "[lab]\nuse = 3\n"}}), Contains("lab.use"));
+}
+
 TEST_CASE("[meta] holds texts, numbers, booleans and dates, in the order of their keys") {
   const Meta meta = meta_of(
       "[meta]\nsample = \"PCB-7\"\nhumidity_percent = 41\nprimed = true\nopened = 2026-11-30\nown = 2.5\n");

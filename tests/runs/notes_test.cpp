@@ -42,6 +42,26 @@ void note(const fs::path& run, const std::string& text) {
   runs::add_notes(run, {{Kind::kNote, text, "Ada", {}, {}}});
 }
 
+TEST_CASE("an alarm is acknowledged once, by the first, and is no note and no tag") {
+  const TempFolder root;
+  const fs::path run = bare_run(root);
+  const std::string alarm = "12.345 s, jet: no droplets";
+  runs::add_notes(run, {{Kind::kAck, alarm, "Ada", {}, {}}, {Kind::kTag, "good", "Ada", {}, {}}});
+  runs::add_notes(run, {{Kind::kAck, alarm, "Lee", {}, {}}, {Kind::kAck, "13 s, lamp: gone", "Lee", {}, {}}});
+  const runs::RunNotes notes = runs::read_notes(run);
+  const auto seen = notes.acknowledged();
+  REQUIRE(seen.size() == 2);
+  CHECK(seen[0].text == alarm);
+  CHECK(seen[0].author == "Ada");
+  CHECK(seen[0].time_utc.size() == 20);
+  CHECK(seen[1].author == "Lee");
+  CHECK(notes.entries.size() == 3);
+  CHECK(notes.notes().empty());
+  CHECK(notes.tags() == std::vector<std::string>{"good"});
+  CHECK_THROWS_WITH(runs::add_notes(run, {{Kind::kAck, "", "Ada", {}, {}}}),
+                    Contains("an alarm must not be empty"));
+}
+
 TEST_CASE("notes and tags come back in their order, with author, time and host") {
   const TempFolder root;
   const fs::path run = bare_run(root);
