@@ -150,6 +150,15 @@ WebReply refusal(int status, const std::string& why) {
   return r;
 }
 
+Reader reader_of(const Person& person, const Person& by_header) {
+  return {person.name, person.commands, !by_header.commands && (person.commands || person.name.empty())};
+}
+
+std::string no_command_words(const Person& person) {
+  if (!person.reads || person.name.empty()) return std::string(kNoToken);
+  return person.name + " is an observer: only an operator may do this";
+}
+
 std::vector<std::pair<std::string, std::string>> safety_headers(const WebReply& reply) {
   return {
       {"X-Content-Type-Options", "nosniff"},
@@ -162,7 +171,7 @@ std::vector<std::pair<std::string, std::string>> safety_headers(const WebReply& 
 
 std::string Answers::wanted_run(const std::vector<std::string>& parts) {
   const bool of_run = parts.size() >= 3 && parts[0] == "api" && parts[1] == "runs";
-  return of_run && (parts.size() == 3 || parts[3] == "layers") ? parts[2] : "";
+  return of_run && (parts.size() == 3 || parts[3] == "layers" || parts[3] == "acknowledge") ? parts[2] : "";
 }
 
 std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
@@ -224,8 +233,8 @@ std::function<WebReply()> Answers::resume(const WebRequest& request,
   if (!request.type.starts_with("application/json"))
     return refused(415, "Content-Type must be application/json");
   try {
-    if (options_.token.empty() || !same_secret(parse_token(request.body), options_.token))
-      return refused(403, std::string(kNoToken));
+    const Person person = commander(request, parse_token(request.body));
+    if (!person.commands) return refused(403, no_command_words(person));
   } catch (const std::invalid_argument& e) {
     return refused(400, e.what());
   }
@@ -253,7 +262,9 @@ WebReply Answers::answer(const WebRequest& request, const std::vector<std::strin
 WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s) {
   if (parts.size() == 4 && parts[3] == "notes" && request.method == "POST")
     return take_notes(request, parts[2]);
-  if (request.method != "GET") return refusal(405, "only GET, and POST of notes and resume");
+  if (parts.size() == 4 && parts[3] == "acknowledge" && request.method == "POST")
+    return acknowledge(request, parts[2]);
+  if (request.method != "GET") return refusal(405, "only GET, and POST of notes, acknowledge and resume");
   if (parts[1] != "runs") return refusal(404, "there is no such run");
   WebReply r;
   if (parts.size() == 4 && parts[3] == "report") {
@@ -262,11 +273,15 @@ WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::s
       return refusal(404, "there is no report: firn report RUN writes one");
     return page_of(read_file(RunPaths(*folder).report_path()));
   }
+  if (parts.size() == 4 && parts[3] == "events")
+    return runs_.find(parts[2]) ? refusal(426, "this is a WebSocket: the request must be an upgrade to it")
+                                : no_run(parts[2]);
   const auto run = runs_.opened(parts[2]);
   if (!run && parts[2] == kLiveRun) return nothing();
   if (!run) return no_run(parts[2]);
   if (parts.size() == 3) {
-    r.body = run->hello(now_s, runs_.label(run->folder()), may_resume());
+    r.body = run->hello(now_s, runs_.label(run->folder()), may_resume(),
+                        reader_of(request.person, request.by_header));
     return r;
   }
   const auto surface = parts.size() == 6 && parts[3] == "layers" ? surface_of(parts[5]) : std::nullopt;
@@ -279,20 +294,45 @@ WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::s
   return r;
 }
 
+Person Answers::commander(const WebRequest& request, const std::string& token) const {
+  return token.empty() ? request.by_header : access_.of_token(token);
+}
+
+WebReply Answers::acknowledge(const WebRequest& request, const std::string& id) try {
+  if (!request.type.starts_with("application/json"))
+    return refusal(415, "Content-Type must be application/json");
+  const auto run = runs_.opened(id);
+  if (!run) return no_run(id);
+  const AckRequest asked = parse_ack_request(request.body);
+  const Person person = commander(request, asked.token);
+  if (!person.commands) return refusal(403, no_command_words(person));
+  const std::string& author = person.name.empty() ? asked.author : person.name;
+  if (author.empty()) return refusal(400, "author: an alarm is acknowledged by name");
+  if (!run->has_alarm(asked.alarm)) return refusal(409, "alarm: the run has no such alarm");
+  runs::add_notes(run->folder(), {{runs::NoteEntry::Kind::kAck, asked.alarm, author, {}, {}}});
+  WebReply r;
+  r.body = acknowledged_frame(runs::read_notes(run->folder()));
+  return r;
+} catch (const UsageError& e) {
+  return refusal(400, e.what());
+} catch (const std::invalid_argument& e) {
+  return refusal(400, e.what());
+}
+
 WebReply Answers::take_notes(const WebRequest& request, const std::string& id) try {
   if (!request.type.starts_with("application/json"))
     return refusal(415, "Content-Type must be application/json");
   const NoteRequest asked = parse_note_request(request.body);
-  if (options_.token.empty() || !same_secret(asked.token, options_.token))
-    return refusal(403, std::string(kNoToken));
+  const Person person = commander(request, asked.token);
+  if (!person.commands) return refusal(403, no_command_words(person));
   const auto folder = runs_.find(id);
   if (!folder) return no_run(id);
+  const std::string& author = person.name.empty() ? asked.author : person.name;
   using Kind = runs::NoteEntry::Kind;
   std::vector<runs::NoteEntry> entries;
-  for (const std::string& tag : asked.remove_tags)
-    entries.push_back({Kind::kUntag, tag, asked.author, {}, {}});
-  for (const std::string& tag : asked.add_tags) entries.push_back({Kind::kTag, tag, asked.author, {}, {}});
-  if (!asked.note.empty()) entries.push_back({Kind::kNote, asked.note, asked.author, {}, {}});
+  for (const std::string& tag : asked.remove_tags) entries.push_back({Kind::kUntag, tag, author, {}, {}});
+  for (const std::string& tag : asked.add_tags) entries.push_back({Kind::kTag, tag, author, {}, {}});
+  if (!asked.note.empty()) entries.push_back({Kind::kNote, asked.note, author, {}, {}});
   runs::add_notes(*folder, std::move(entries));
   WebReply r;
   r.body = about_json({}, runs::read_notes(*folder))

@@ -10,15 +10,19 @@
 #include <utility>
 #include <vector>
 
+#include "page/access.h"
 #include "page/run_set.h"
 #include "page/server.h"
 #include "page/thumbnail.h"
 #include "page/thumbnails.h"
+#include "page/view_json.h"
 
 namespace firn::page {
 
 struct WebRequest {
   std::string method, target, type, if_none_match, body;
+  Person person;      ///< whose it is
+  Person by_header;   ///< the same without cookies, for requests that change something
   bool gzip = false;  ///< the browser unpacks it
 };
 
@@ -38,12 +42,18 @@ inline constexpr std::string_view kNoToken =
 
 WebReply refusal(int status, const std::string& why);
 
+/// Returns what a frame says of its reader.
+Reader reader_of(const Person& person, const Person& by_header);
+/// Returns why somebody may not command: he has no token, or is an observer.
+std::string no_command_words(const Person& person);
+
 class Answers {
  public:
-  Answers(const Product& product, const ServerOptions& options, RunSet& runs)
+  Answers(const Product& product, const ServerOptions& options, RunSet& runs, Access& access)
       : product_(product),
         options_(options),
         runs_(runs),
+        access_(access),
         thumbnails_(std::make_shared<Thumbnails>(
             [&product](const std::filesystem::path& run) { return thumbnail_png(product, run); })) {}
 
@@ -61,16 +71,19 @@ class Answers {
   /// Returns the work of a request to resume a run, which starts a process with the calling thread's
   /// priority; nothing: the request is no such one.
   std::function<WebReply()> resume(const WebRequest& request, const std::vector<std::string>& parts) const;
-  /// Returns true if this page may resume runs: it has a token, and is not part of a print.
-  bool may_resume() const { return options_.live.empty() && !options_.token.empty(); }
+  /// Returns true if this page may resume runs: somebody may command, and it is not part of a print.
+  bool may_resume() const { return options_.live.empty() && access_.has_commands(); }
 
  private:
   WebReply answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s);
   WebReply take_notes(const WebRequest& request, const std::string& id);
+  WebReply acknowledge(const WebRequest& request, const std::string& id);
+  Person commander(const WebRequest& request, const std::string& token) const;
 
   const Product& product_;
   const ServerOptions& options_;
   RunSet& runs_;
+  Access& access_;
   std::shared_ptr<Thumbnails> thumbnails_;
 };
 

@@ -19,7 +19,7 @@ bool is_route(const ApiRoute& route, std::string_view method, std::string_view t
   if (route.method != method) return false;
   const auto wanted = path_parts(route.path), given = path_parts(target);
   return std::ranges::equal(wanted, given, [](const std::string& w, const std::string& g) {
-    return w == g || (w == "{run}" && !g.empty());
+    return w == g || (w.starts_with('{') && !g.empty());
   });
 }
 
@@ -44,6 +44,15 @@ std::optional<std::string> without_version(std::string_view method, std::string_
   if (std::ranges::none_of(kApiV1, [&](const ApiRoute& r) { return is_route(r, method, target); }))
     return std::nullopt;
   return "/api" + std::string(target.substr(kBelow.size()));
+}
+
+bool is_websocket_target(std::string_view target) {
+  const std::string_view path = target.substr(0, target.find('?'));
+  return path == "/ws" || is_route({"GET", "/api/v1/runs/{run}/events"}, "GET", path);
+}
+
+std::string websocket_run(std::string_view target) {
+  return target.starts_with(kBelow) ? path_parts(target).at(3) : run_of(target);
 }
 
 std::string metrics_text(const std::string& list) {

@@ -142,6 +142,15 @@ NoteRequest parse_note_request(std::string_view text) {
   return r;
 }
 
+AckRequest parse_ack_request(std::string_view text) {
+  const Json j = parse_object(text, kMaxFrameBytes);
+  AckRequest r;
+  r.token = j.contains("token") ? text_of(j, "token", 200) : "";
+  r.author = j.contains("author") ? text_of(j, "author", 100) : "";
+  r.alarm = text_of(j, "alarm", kMaxFrameBytes);
+  return r;
+}
+
 bool same_secret(std::string_view a, std::string_view b) {
   unsigned differs = a.size() == b.size() ? 0 : 1;
   for (std::size_t n = 0; n < a.size() && n < b.size(); ++n)

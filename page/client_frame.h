@@ -45,6 +45,15 @@ inline constexpr std::size_t kMaxTagBytesOfRequest = 64;
 /// @throws std::invalid_argument naming the member and its limit
 NoteRequest parse_note_request(std::string_view text);
 
+/// What a browser sends to acknowledge an alarm.
+struct AckRequest {
+  std::string token;
+  std::string author;  ///< empty: whoever the token is of
+  std::string alarm;   ///< page/alarms.h
+};
+/// Reads {"token", "author", "alarm"}. @throws std::invalid_argument naming the member and its limit
+AckRequest parse_ack_request(std::string_view text);
+
 /// Returns true if the two texts are equal; takes the same time wherever they differ.
 bool same_secret(std::string_view a, std::string_view b);
 

@@ -55,7 +55,7 @@ asio::awaitable<std::string> pass_on(OrderedRun run, ClientFrame frame) {
       co_await pause.async_wait(asio::use_awaitable);
     }
     OperatorClient& client = *connected;
-    client.say("from page");
+    client.say("from " + (run.person.empty() ? "page" : run.person + " (page)"));
     client.send(parse_order(frame.words));
     asio::posix::stream_descriptor readable(executor, ::dup(client.fd()));
     patience.async_wait([&readable](boost::system::error_code stopped) {

@@ -16,6 +16,7 @@ namespace firn::page {
 struct OrderedRun {
   std::filesystem::path folder;
   std::int64_t run_id = 0;
+  std::string person = {};  ///< who orders, for the record; empty: whoever has the page's token
 };
 
 class CommandThread {

@@ -1,6 +1,5 @@
-// The process `page`: shows one print to browsers while it runs. The launcher starts it and never waits for
-// it. Arguments: --run DIR --control-fd N. Down the control line come "PUBLIC", if whoever reaches the page
-// may read, and "TOKEN <32 digits>", up goes "PAGE <address>"; the process ends with the control line.
+// The process `page` shows one print to browsers; the launcher never waits for it. Arguments: --run DIR
+// --control-fd N. Down the line come "PUBLIC", "PEOPLE FILE", then "TOKEN DIGITS"; up goes "PAGE ADDRESS".
 #include <poll.h>
 #include <sys/resource.h>
 
@@ -32,6 +31,7 @@ void take_rights(firn::ControlLine& control, firn::page::ServerOptions& options)
     ::poll(&readable, 1, -1);
     while (const auto line = control.next()) {
       if (*line == "PUBLIC") options.is_public = true;
+      if (line->starts_with("PEOPLE ")) options.people = line->substr(7);
       if (line->starts_with("TOKEN ")) options.token = line->substr(6);
     }
     if (control.closed()) throw std::runtime_error("no token came");

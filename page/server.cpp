@@ -30,6 +30,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "page/access.h"
 #include "page/answers.h"
 #include "page/api_v1.h"
 #include "page/client_frame.h"
@@ -102,6 +103,7 @@ class Tab : public std::enable_shared_from_this<Tab> {
 
   bool busy() const { return writing_; }
   std::shared_ptr<WatchedRun> run;
+  Person by_header;  // whose it is, without cookies
   std::optional<Surface> follows;
   std::uint64_t rows_seen = 0;  // of the rows that are measured now
 
@@ -142,7 +144,8 @@ class Server {
       : product_(product),
         options_(options),
         runs_(options.places, options.live, options.live.empty() ? options.index : runs::user_index()),
-        answers_(product, options, runs_),
+        access_(options),
+        answers_(product, options, runs_, access_),
         acceptor_(io_),
         timer_(io_),
         gives_way_(!options.live.empty()) {}
@@ -169,7 +172,7 @@ class Server {
   asio::awaitable<WebReply> answer(const WebRequest& request);
   asio::awaitable<std::shared_ptr<WatchedRun>> open(const std::string& id);
   std::string foreign(const Request& request) const;  // why it is refused; "" = it is not
-  bool may_read(const Request& request) const;
+  WebRequest as_web_request(Request&& request);
   bool take_line(beast::tcp_stream& stream, const Request& request);
   void take(const std::shared_ptr<Tab>& tab, std::string_view text);
   void follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame);
@@ -198,6 +201,7 @@ class Server {
   const Product& product_;
   const ServerOptions& options_;
   RunSet runs_;
+  Access access_;
   Answers answers_;
   CommandThread commands_;  // before this thread gives way
   IdlePlaces idle_;         // goes after io_, whose connections have places in it
@@ -243,14 +247,16 @@ std::string Server::foreign(const Request& request) const {
   return foreign_words(to_string(request[http::field::host]), to_string(request[http::field::origin]), own_);
 }
 
-bool Server::may_read(const Request& request) const {
-  return options_.is_public || options_.token.empty() ||
-         shows_token(to_string(request[http::field::authorization]), to_string(request[http::field::cookie]),
-                     options_.token);
+ShownRights shown_by(const Request& request) {
+  return {to_string(request[http::field::authorization]), to_string(request[http::field::cookie]),
+          to_string(request["X-Forwarded-User"])};
 }
 
-WebRequest as_web_request(Request&& request) {
+WebRequest Server::as_web_request(Request&& request) {
   WebRequest r;
+  const ShownRights shown = shown_by(request);
+  r.person = access_.of(shown);
+  r.by_header = access_.by_header(shown);
   r.method = to_string(request.method_string());
   r.target = to_string(request.target());
   r.type = to_string(request[http::field::content_type]);
@@ -314,7 +320,8 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
     if (beast::websocket::is_upgrade(request) && foreign(request).empty()) {
       stream.expires_never();
       if (take_line(stream, request)) co_return;
-      if (request.target().starts_with("/ws") && may_read(request))
+      const bool to_a_run = is_websocket_target(to_string(request.target()));
+      if (to_a_run && access_.of(shown_by(request)).reads)
         co_return co_await serve_tab(stream.release_socket(), std::move(request));
     }
     const unsigned version = request.version();
@@ -323,7 +330,7 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
     WebReply reply = refusal(403, foreign(request));
     const bool of_runs = request.target().starts_with("/api/") || request.target() == "/metrics" ||
                          beast::websocket::is_upgrade(request);
-    if (foreign(request).empty() && of_runs && !may_read(request)) {
+    if (foreign(request).empty() && of_runs && !access_.of(shown_by(request)).reads) {
       reply = refusal(401, std::string(kNoToken));
     } else if (foreign(request).empty()) {
       const WebRequest asked = as_web_request(std::move(request));
@@ -339,11 +346,12 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
 // "/command?run=ID" is a line for commands alone; the token comes as a protocol, which no log shows.
 bool Server::take_line(beast::tcp_stream& stream, const Request& request) {
   const std::string target = to_string(request.target());
-  if (!target.starts_with("/command?") || options_.token.empty()) return false;
+  if (!target.starts_with("/command?")) return false;
   const std::string header = to_string(request[http::field::sec_websocket_protocol]);
   const auto words = list_words(header);
-  if (words.size() != 2 || words[0] != CommandThread::kProtocol || !same_secret(words[1], options_.token))
-    return false;
+  if (words.empty() || words.size() > 2 || words[0] != CommandThread::kProtocol) return false;
+  const Person person = words.size() == 2 ? access_.of_token(words[1]) : access_.by_header(shown_by(request));
+  if (!person.commands) return false;
   const auto folder = runs_.find(run_of(target));
   if (!folder) return false;
   boost::system::error_code gone;
@@ -352,7 +360,7 @@ bool Server::take_line(beast::tcp_stream& stream, const Request& request) {
   const int fd = gone ? -1 : socket.release(gone);
   std::ostringstream text;
   text << request;
-  if (!gone) commands_.take(fd, v6, text.str(), {*folder, runs::address_of(*folder).run_id});
+  if (!gone) commands_.take(fd, v6, text.str(), {*folder, runs::address_of(*folder).run_id, person.name});
   return true;
 }
 
@@ -413,7 +421,9 @@ asio::awaitable<void> Server::serve_tab(tcp::socket socket, Request request) {
   Socket& ws = tab->socket();
   make_ready(ws);
   co_await ws.async_accept(request, asio::use_awaitable);
-  const std::string id = run_of(to_string(request.target()));
+  const std::string id = websocket_run(to_string(request.target()));
+  const Reader reader = reader_of(access_.of(shown_by(request)), access_.by_header(shown_by(request)));
+  tab->by_header = access_.by_header(shown_by(request));
   std::string trouble = "no run '" + id.substr(0, 100) + "', or several of this name";
   try {
     tab->run = co_await open(id);
@@ -427,7 +437,7 @@ asio::awaitable<void> Server::serve_tab(tcp::socket socket, Request request) {
     co_return;
   }
   look(tab->run);  // so that nothing of before comes after the greeting
-  tab->push(tab->run->hello(steady_s(), runs_.label(tab->run->folder()), answers_.may_resume()));
+  tab->push(tab->run->hello(steady_s(), runs_.label(tab->run->folder()), answers_.may_resume(), reader));
   tabs_.insert(tab);
   beast::flat_buffer buffer;
   boost::system::error_code error;
@@ -451,11 +461,12 @@ void Server::take(const std::shared_ptr<Tab>& tab, std::string_view text) {
   }
   if (frame.kind == ClientFrame::Kind::kPing) return tab->push(pong_frame(frame.id, steady_s()));
   if (frame.kind == ClientFrame::Kind::kFollow) return follow(tab, frame);
-  if (options_.token.empty() || !same_secret(frame.token, options_.token))
-    return tab->push(answer_frame(frame.id, false, std::string(kNoToken), ""));
-  commands_.obey({tab->run->folder(), tab->run->run_id()}, std::move(frame), [this, tab](std::string answer) {
-    asio::post(io_, [tab, answer = std::move(answer)] { tab->push(answer); });
-  });
+  const Person person = frame.token.empty() ? tab->by_header : access_.of_token(frame.token);
+  if (!person.commands) return tab->push(answer_frame(frame.id, false, no_command_words(person), ""));
+  commands_.obey({tab->run->folder(), tab->run->run_id(), person.name}, std::move(frame),
+                 [this, tab](std::string answer) {
+                   asio::post(io_, [tab, answer = std::move(answer)] { tab->push(answer); });
+                 });
 }
 
 void Server::follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame) {

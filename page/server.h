@@ -23,9 +23,10 @@ struct ServerOptions {
   std::string token;               ///< commands and reading ask for it; empty: there are no commands
   std::filesystem::path
       index;  ///< of the runs (runs/find/run_index.h); empty: in memory; of a live print the user's
-  bool is_public = false;      ///< whoever reaches the page may read
-  std::filesystem::path firn;  ///< program that resumes a run; empty: the one beside this process's own
-  int stop_fd = -1;            ///< the server ends when it is readable; -1: never
+  bool is_public = false;        ///< whoever reaches the page may read
+  std::filesystem::path people;  ///< table of those who have tokens of their own (page/access.h); empty: none
+  std::filesystem::path firn;    ///< program that resumes a run; empty: the one beside this process's own
+  int stop_fd = -1;              ///< the server ends when it is readable; -1: never
   std::function<void(const std::string& address)> listening;  ///< "http://127.0.0.1:8750/"
 };
 

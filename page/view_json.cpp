@@ -9,6 +9,7 @@
 #include "config/labs.h"
 #include "core/options/enumerators.h"
 #include "files/json.h"
+#include "page/alarms.h"
 #include "print/labs/product.h"
 #include "runtime/build_info.h"
 
@@ -55,7 +56,8 @@ Json as_json(const EventRow& e) {
           {"limit", number(e.limit)},
           {"unit", text(e.unit)},
           {"do", text(e.remedy)},
-          {"manual", text(e.manual)}};
+          {"manual", text(e.manual)},
+          {"alarm", is_alarm(e) ? Json(alarm_text(e)) : Json(nullptr)}};
 }
 
 Json as_json(const InstrumentRow& i) {
@@ -213,6 +215,13 @@ Json grid_of(const std::optional<GridSpec>& g) {
           {"y0_mm", g->origin_y_mm}};
 }
 
+Json acknowledged_json(const runs::RunNotes& notes) {
+  Json all = Json::array();
+  for (const runs::NoteEntry& n : notes.acknowledged())
+    all.push_back({{"alarm", n.text}, {"author", n.author}, {"time_utc", n.time_utc}});
+  return all;
+}
+
 }  // namespace
 
 nlohmann::ordered_json about_json(const runs::RunMeta& meta, const runs::RunNotes& notes) {
@@ -225,6 +234,7 @@ nlohmann::ordered_json about_json(const runs::RunMeta& meta, const runs::RunNote
   for (const runs::NoteEntry& n : notes.notes())
     j["notes"].push_back(
         {{"time_utc", n.time_utc}, {"author", n.author}, {"host", n.host}, {"text", n.text}});
+  j["acknowledged"] = acknowledged_json(notes);
   return j;
 }
 
@@ -256,16 +266,20 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
            {"settings", settings_of(e)}};
   run.update(about_json(f.meta, f.notes));
   if (!f.trouble.empty()) run["trouble"] = f.trouble;
-  const Json allowed = f.live
+  const Json allowed = f.live && (f.reader.commands || f.reader.needs_token)
                            ? Json{"pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"}
                            : Json::array();
   return dumped({{"type", "hello"},
                  {"protocol", kProtocol},
                  {"firn", build_commit()},
+                 {"you",
+                  {{"name", text(f.reader.name)},
+                   {"commands", f.reader.commands},
+                   {"needs_token", f.reader.needs_token}}},
                  {"run", run},
                  {"commands",
                   {{"allowed", allowed},
-                   {"resume", f.may_resume},
+                   {"resume", f.may_resume && (f.reader.commands || f.reader.needs_token)},
                    {"in_flight", f.live ? in_flight_of(e) : Json::array()}}},
                  {"layers", values_of(view.layers())},
                  {"events", array_of(view.events())},
@@ -276,6 +290,10 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
 }
 
 std::string state_frame(const StateRow& state) { return frame("state", as_json(state)); }
+
+std::string acknowledged_frame(const runs::RunNotes& notes) {
+  return frame("acknowledged", {{"alarms", acknowledged_json(notes)}});
+}
 
 void add_frames(const NewRows& rows, const std::optional<EndRow>& end, std::vector<std::string>& frames) {
   for (const LayerRow& r : rows.layers) frames.push_back(frame("layer", as_json(r)));

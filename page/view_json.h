@@ -22,6 +22,13 @@ struct Product;
 
 namespace firn::page {
 
+/// Who reads a frame, and what he may do.
+struct Reader {
+  std::string name;         ///< empty: not known
+  bool commands = false;    ///< may command, as his request shows
+  bool needs_token = true;  ///< each command shows a token: the request has shown none that counts
+};
+
 /// Facts of a run for its first frame.
 struct HelloFacts {
   std::string id, label;
@@ -34,13 +41,16 @@ struct HelloFacts {
   bool may_resume = false;  ///< the page may, once the run is over
   runs::RunNotes notes;
   runs::RunMeta meta;
+  Reader reader;
 };
 
-/// Returns {"host", "meta", "tags", "notes"} of a run, as its list and its first frame have them.
+/// Returns {"host", "meta", "tags", "notes", "acknowledged"} of a run, as its list and its first frame have
+/// them.
 nlohmann::ordered_json about_json(const runs::RunMeta& meta, const runs::RunNotes& notes);
 
 std::string hello_frame(const HelloFacts& facts, const RunView& view, double now_s);
 std::string state_frame(const StateRow& state);
+std::string acknowledged_frame(const runs::RunNotes& notes);
 /// Appends a frame for each row.
 void add_frames(const NewRows& rows, const std::optional<EndRow>& end, std::vector<std::string>& frames);
 /// @param words of the order's effect; empty: none

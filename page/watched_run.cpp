@@ -1,5 +1,7 @@
 #include "page/watched_run.h"
 
+#include <algorithm>
+#include <system_error>
 #include <utility>
 
 #include "config/changes.h"
@@ -11,6 +13,7 @@
 #include "files/run_paths.h"
 #include "files/text_file.h"
 #include "lcmtypes/channels.h"
+#include "page/alarms.h"
 #include "page/event_words.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
@@ -158,7 +161,21 @@ WatchedRun::News WatchedRun::poll(double now_s) {
   }
   if (rows.state) news.frames.push_back(state(now_s));
   add_frames(rows, view_->end(), news.frames);
+  look_at_notes(news);
   return news;
+}
+
+// Alarms are acknowledged by pages of other processes, too.
+void WatchedRun::look_at_notes(News& news) {
+  std::error_code none;
+  const std::uintmax_t bytes = fs::file_size(RunPaths(folder_).notes_path(), none);
+  if (none || std::exchange(notes_bytes_, bytes) == bytes) return;
+  news.frames.push_back(acknowledged_frame(runs::read_notes(folder_)));
+}
+
+bool WatchedRun::has_alarm(const std::string& text) const {
+  return std::ranges::any_of(view_->events(),
+                             [&](const EventRow& e) { return is_alarm(e) && alarm_text(e) == text; });
 }
 
 std::optional<std::pair<double, double>> WatchedRun::last_error_um() const {
@@ -169,7 +186,8 @@ std::optional<std::pair<double, double>> WatchedRun::last_error_um() const {
 
 std::string WatchedRun::state(double now_s) const { return state_frame(view_->state(now_s)); }
 
-std::string WatchedRun::hello(double now_s, const std::string& label, bool may_resume) const {
+std::string WatchedRun::hello(double now_s, const std::string& label, bool may_resume,
+                              const Reader& reader) const {
   HelloFacts f;
   f.id = runs::RunAddress{run_id_, runs::place_of(folder_)}.text();
   f.label = label;
@@ -182,6 +200,7 @@ std::string WatchedRun::hello(double now_s, const std::string& label, bool may_r
   f.may_resume = may_resume;
   f.notes = runs::read_notes(folder_);
   f.meta = meta_;
+  f.reader = reader;
   return hello_frame(f, *view_, now_s);
 }
 

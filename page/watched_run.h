@@ -12,6 +12,7 @@
 #include "config/experiment.h"
 #include "page/run_maps.h"
 #include "page/run_view.h"
+#include "page/view_json.h"
 #include "runs/folder/run_meta.h"
 #include "runs/read/run_reader.h"
 
@@ -37,7 +38,7 @@ class WatchedRun {
   News poll(double now_s);
 
   /// Returns the JSON of "hello" and of "state". @param label of RunSet @param may_resume of Answers
-  std::string hello(double now_s, const std::string& label, bool may_resume) const;
+  std::string hello(double now_s, const std::string& label, bool may_resume, const Reader& reader) const;
   std::string state(double now_s) const;
 
   /// Returns the frame of a map; nothing: there is none.
@@ -49,6 +50,8 @@ class WatchedRun {
   }
   std::optional<int> newest_layer() const { return maps_->newest_layer(); }
 
+  /// Returns true if the run has this alarm (page/alarms.h).
+  bool has_alarm(const std::string& text) const;
   const std::filesystem::path& folder() const { return folder_; }
   std::int64_t run_id() const { return run_id_; }
   bool live() const { return live_; }
@@ -60,6 +63,7 @@ class WatchedRun {
   void make_view();
   void take_values();  // that are computed from maps
   void look_for_the_end(double now_s);
+  void look_at_notes(News& news);
 
   const Product& product_;
   std::filesystem::path folder_;
@@ -74,6 +78,7 @@ class WatchedRun {
   std::optional<RunView> view_;
   bool live_ = false;
   double looked_s_ = -1e9;
+  std::uintmax_t notes_bytes_ = 0;  // of the file, which only grows
 };
 
 }  // namespace firn::page

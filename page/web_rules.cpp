@@ -136,20 +136,23 @@ std::vector<std::string_view> list_words(std::string_view header) {
   return words;
 }
 
-bool shows_token(std::string_view authorization, std::string_view cookies, std::string_view token) {
-  constexpr std::string_view kBearer = "Bearer ", kCookie = "firn-";
-  if (authorization.starts_with(kBearer) && same_secret(authorization.substr(kBearer.size()), token))
-    return true;
+std::string_view bearer_token(std::string_view authorization) {
+  constexpr std::string_view kBearer = "Bearer ";
+  return authorization.starts_with(kBearer) ? authorization.substr(kBearer.size()) : std::string_view();
+}
+
+std::vector<std::string_view> cookie_tokens(std::string_view cookies) {
+  constexpr std::string_view kCookie = "firn-";
+  std::vector<std::string_view> tokens;
   while (!cookies.empty()) {
     const std::size_t end = std::min(cookies.find(';'), cookies.size());
     std::string_view one = cookies.substr(0, end);
     while (one.starts_with(' ')) one.remove_prefix(1);
     const std::size_t equals = one.find('=');
-    if (one.starts_with(kCookie) && equals != one.npos && same_secret(one.substr(equals + 1), token))
-      return true;
+    if (one.starts_with(kCookie) && equals != one.npos) tokens.push_back(one.substr(equals + 1));
     cookies.remove_prefix(std::min(end + 1, cookies.size()));
   }
-  return false;
+  return tokens;
 }
 
 }  // namespace firn::page

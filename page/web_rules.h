@@ -37,8 +37,10 @@ std::string run_of(std::string_view target);
 /// Returns the words of a header's list, "firn, 0123": what a browser puts into Sec-WebSocket-Protocol.
 std::vector<std::string_view> list_words(std::string_view header);
 
-/// Returns true if a request shows the token: as "Authorization: Bearer TOKEN", or in a cookie whose name
-/// begins with "firn-"; the page's own has its port there, since cookies are of all ports.
-bool shows_token(std::string_view authorization, std::string_view cookies, std::string_view token);
+/// Returns the token of "Bearer TOKEN"; empty: the header shows none.
+std::string_view bearer_token(std::string_view authorization);
+/// Returns the tokens of cookies whose name begins with "firn-"; the page's own has its port there, since
+/// cookies are of all ports.
+std::vector<std::string_view> cookie_tokens(std::string_view cookies);
 
 }  // namespace firn::page

@@ -274,6 +274,7 @@ void Launch::start_page(const fs::path& program) try {
                                        std::to_string(ChildProcess::kControlFd)};
   page_ = std::make_unique<ChildProcess>("page", program, words, folder_.path() / "page.err");
   if (options_.page_is_public) page_->say("PUBLIC");
+  if (!options_.page_people.empty()) page_->say("PEOPLE " + fs::absolute(options_.page_people).string());
   page_->say("TOKEN " + options_.page_token);
 } catch (const std::exception& e) {
   note(std::string("no page: ") + e.what());

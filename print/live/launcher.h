@@ -36,7 +36,8 @@ struct LaunchOptions {
   std::function<void(const std::map<std::string, int>& pids)> on_start;  ///< START was sent to all
   std::string
       page_token;  ///< not empty: the process `page` shows the print, and takes commands with this token
-  bool page_is_public = false;  ///< who reaches the page may read without the token
+  std::filesystem::path page_people;  ///< of those who have tokens of their own; empty: nobody
+  bool page_is_public = false;        ///< who reaches the page may read without the token
   std::function<void(const std::string& address)> on_page = {};  ///< it is reached there
 };
 

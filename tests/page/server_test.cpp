@@ -201,8 +201,8 @@ TEST_CASE("nobody reads a run without the token, unless the page is public") {
 
 TEST_CASE("a command without the token is refused, and with it by a run that nobody prints") {
   Served s;
-  WebClient c(s.address);
-  hello(s, c);
+  WebClient c(s.address, "");
+  REQUIRE(c.open("/ws?run=" + s.id, {"Cookie: firn-8750=secret"}) == 101);
   for (const char* token : {"", "Secret", "secre", "secret "}) {
     c.send(json{{"type", "command"}, {"id", 1}, {"token", token}, {"command", "pause"}}.dump());
     const json answer = json::parse(c.next_of("answer", 5.0).value_or("{}"));
@@ -219,7 +219,8 @@ TEST_CASE("a command without the token is refused, and with it by a run that nob
 TEST_CASE("a line for commands opens with the token alone, and obeys commands alone") {
   Served s;
   const std::string target = "/command?run=" + s.id;
-  for (const char* protocols : {"firn", "firn, wrong", "secret, firn", "firn, secret, x"}) {
+  CHECK(WebClient(s.address, "").open(target, {"Sec-WebSocket-Protocol: firn"}) == 401);
+  for (const char* protocols : {"firn, wrong", "secret, firn", "firn, secret, x"}) {
     INFO(protocols);
     CHECK(WebClient(s.address).open(target, {std::string("Sec-WebSocket-Protocol: ") + protocols}) == 404);
   }

@@ -10,6 +10,7 @@ import {view} from "./data/view";
 import {duration, height_words, label, with_micro, with_unit} from "./data/words";
 import {TokenDialog} from "./panels/ask_token";
 import {About} from "./panels/about";
+import {Alarms, Title} from "./panels/alarms";
 import {Commands} from "./panels/commands";
 import {Compare} from "./panels/compare";
 import {Decision} from "./panels/decision";
@@ -45,7 +46,7 @@ function Page() {
       ${page === "runs" && html`<${Runs} />`}
       ${page === "compare" && html`<${Compare} />`}
     </main>
-    <${TokenDialog} />`;
+    <${Title} /><${TokenDialog} />`;
 }
 
 function Status({session}: {session: Session}) {
@@ -59,6 +60,7 @@ function Status({session}: {session: Session}) {
     <div class=${`status ${kind}`}>
       <span class="tag">${kind === "live" ? "● live" : kind === "old" ? "○ old" : "recorded"}</span>
       <strong>${session.live ? state?.words ?? "waiting for the print" : session.ending?.words ?? state?.words ?? run.outcome ?? "recorded run"}</strong>
+      ${session.hello.you?.name && html`<span class="soft">${session.hello.you.name}${session.hello.you.commands ? "" : ", observer"}</span>`}
       ${session.live && state && html`<span>layer ${state.layer}${layers ? ` of about ${layers}` : ""}${state.eta_s != null ? `, ${duration(state.eta_s)} left` : ""}</span>`}
       ${session.ending?.verdict && html`<span class=${session.ending.within === false ? "bad" : "good"}>${with_micro(session.ending.verdict)}</span>`}
       ${!session.live && !session.ending?.verdict && html`<span>${last_error_words(session)}</span>`}
@@ -86,7 +88,7 @@ function Print({session}: {session: Session}) {
     ${[session.refused, session.trouble, session.hello.run.trouble].filter(Boolean).map(words => html`<p key=${words} class="notice warning" role="alert">${words}</p>`)}
     <div class="grid">
       <${Surface} session=${session} />
-      <div class="side"><${Result} session=${session} /><${Now} session=${session} /><${Why} session=${session} /></div>
+      <div class="side"><${Result} session=${session} /><${Now} session=${session} /><${Alarms} session=${session} /><${Why} session=${session} /></div>
     </div>
     <${Decision} session=${session} />
     <${Instruments} session=${session} />

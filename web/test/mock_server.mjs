@@ -24,6 +24,8 @@ export class MockServer {
     this.asked_thumbnails = [];
     this.resumed = [];   // runs
     this.resume_trouble = null;
+    this.acknowledged = [];  // bodies of requests
+    this.you = null;     // who the reader is
     this.audits = new Map();  // verdicts of runs, else "clean"
     this.map_delays_ms = {};  // of runs
     this.silent = false;
@@ -76,7 +78,17 @@ export class MockServer {
     const run = this.run(parts[2]);
     if (!run && parts[2] === "live") return send(204, "text/plain", "");
     if (!run) return json(404, {error: `no run ${parts[2]}`});
-    if (parts.length === 3) return json(200, run.hello(this.full_state(run)));
+    if (parts.length === 3) return json(200, this.hello(run));
+    if (parts[3] === "acknowledge" && request.method === "POST") {
+      let text = "";
+      for await (const part of request) text += part;
+      const body = JSON.parse(text);
+      if (body.token !== this.token) return json(403, {type: "error", error: "a wrong token"});
+      this.acknowledged.push(body);
+      const alarms = this.acknowledged.map(one => ({alarm: one.alarm, author: one.author, time_utc: "2026-12-01T12:00:00Z"}));
+      this.tell({type: "acknowledged", alarms});
+      return json(200, {type: "acknowledged", alarms});
+    }
     if (parts[3] === "thumbnail") {
       this.asked_thumbnails.push(run.id);
       return run.without_map || run.live || !run.thumbnail ? send(204, "text/plain", "") : send(200, "image/bmp", run.thumbnail());
@@ -138,7 +150,14 @@ export class MockServer {
     this.tabs.add(tab);
     socket.on("close", () => this.tabs.delete(tab));
     socket.on("message", text => this.take(tab, JSON.parse(text)));
-    socket.send(JSON.stringify(run.hello(this.full_state(run))));
+    socket.send(JSON.stringify(this.hello(run)));
+  }
+
+  hello(run) {
+    const greeting = run.hello(this.full_state(run));
+    if (this.you) greeting.you = this.you;
+    if (this.you && !this.you.commands && !this.you.needs_token) greeting.commands.allowed = [];
+    return greeting;
   }
 
   take(tab, message) {
@@ -171,6 +190,7 @@ export class MockServer {
 
   event(severity, source, words, more = {}) {
     const event = {n: this.live.events.length + 1, t_s: this.live.time_s(this.live.printed) + 9, severity, source, words, cause: null, value: null, limit: null, unit: null, do: null, manual: null, ...more};
+    if (["warning", "fault", "stop"].includes(severity)) event.alarm = `${event.t_s.toFixed(3)} s, ${source}: ${words}`;
     this.live.events.push(event);
     this.tell({type: "event", ...event});
   }

@@ -88,7 +88,7 @@ export class CommandLine {
 
   private go_by(way: (message: ToLine) => void): void {
     this.way = way;
-    if (this.secret) this.open(this.secret);
+    if (this.secret !== null) this.open(this.secret);
   }
 
   private hear(message: FromLine): void {

@@ -53,7 +53,7 @@ export class LineEnd {
   private open(address: string, secret: string): void {
     let socket: WebSocket;
     try {
-      socket = new WebSocket(address, ["firn", secret]);
+      socket = new WebSocket(address, secret ? ["firn", secret] : ["firn"]);
     } catch {
       return this.tell({kind: "closed"});  // a word that can be no token: the other way says so
     }

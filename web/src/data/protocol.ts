@@ -50,6 +50,7 @@ export interface RunSummary {
   meta?: Meta;           // what was printed: [meta] of the experiment
   tags: string[];
   notes: Note[];         // oldest first
+  acknowledged?: Acknowledged[];
   live: boolean;
 }
 
@@ -104,6 +105,13 @@ export interface PrintEvent {
   unit: string | null;
   do: string | null;
   manual: string | null;
+  alarm?: string | null;  // name of the alarm that this event is
+}
+
+export interface Acknowledged {
+  alarm: string;
+  author: string;
+  time_utc: string;
 }
 
 /** Hours that the lamp at the same port was open in the earlier runs of the folder. */
@@ -169,6 +177,7 @@ export interface Hello {
   type: "hello";
   protocol: number;
   firn: string;
+  you?: {name: string | null; commands: boolean; needs_token: boolean};  // whose request it was
   run: RunInfo;
   commands: {allowed: string[]; in_flight: InFlight[]; resume?: boolean};  // resume: this page may, once the run is over
   layers: Layer[];
@@ -208,6 +217,7 @@ export type ServerMessage =
   | ({type: "estimate"} & Estimate)
   | {type: "setting"; key: string; value: unknown}
   | ({type: "end"} & Ending)
+  | {type: "acknowledged"; alarms: Acknowledged[]}
   | ({type: "answer"} & Answer)
   | {type: "pong"; id: number; t_s: number}
   | {type: "error"; error: string};

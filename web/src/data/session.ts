@@ -5,8 +5,8 @@ import {CommandLine} from "./command_line";
 import {MapStore} from "./map_store";
 import {Observable} from "./observable";
 import {kProtocol, parse_message} from "./protocol";
-import type {Answer, Ending, Estimate, Grid, Hello, Instrument, LampHours, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
-import {forget, read, token} from "./token";
+import type {Acknowledged, Answer, Ending, Estimate, Grid, Hello, Instrument, LampHours, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
+import {forget, is_known, need_no_token, read, token} from "./token";
 
 const kRetry_ms = [500, 1000, 2000, 5000];
 const kAnswer_ms = 5000;
@@ -21,6 +21,7 @@ export class Session extends Observable {
   instruments = new Map<string, Instrument>();
   estimates: Estimate[] = [];
   ending: Ending | null = null;
+  acknowledged = new Map<string, Acknowledged>();  // by alarm
   connected = false;
   trouble: string | null = null;
   refused: string | null = null;  // why there is no live connection, where somebody said so
@@ -182,7 +183,7 @@ export class Session extends Observable {
 
   private order(command: string, more: Record<string, unknown> = {}): {id: number; text: string} {
     const id = this.next_id++;
-    return {id, text: JSON.stringify({type: "command", id, token: token(), command, ...more})};
+    return {id, text: JSON.stringify({type: "command", id, token: token() ?? undefined, command, ...more})};
   }
 
   private answer_to(id: number): Promise<Answer> {
@@ -212,8 +213,8 @@ export class Session extends Observable {
 
   /** Opens the line for commands, if there is a token and it is not open. */
   private open_line(): void {
-    const secret = token();
-    if (secret && !this.closed) this.line?.open(secret);
+    const secret = token() ?? (is_known() ? "" : null);
+    if (secret !== null && !this.closed) this.line?.open(secret);
   }
 
   private answer_none(): void {
@@ -265,7 +266,14 @@ export class Session extends Observable {
     this.instruments = new Map((hello.instruments ?? []).map(one => [one.name, one]));
     this.estimates = [...(hello.estimates ?? [])];
     this.ending = hello.end ?? null;
+    this.take_acknowledged(hello.run.acknowledged ?? []);
+    need_no_token(hello.you?.commands === true && !hello.you.needs_token);
     if (hello.state) this.take_state(hello.state);
+  }
+
+  take_acknowledged(all: Acknowledged[]): void {
+    this.acknowledged = new Map(all.map(one => [one.alarm, one]));
+    this.changed();
   }
 
   private take_map(frame: ArrayBuffer): void {
@@ -317,6 +325,8 @@ export class Session extends Observable {
       case "end":
         this.ending = message;
         return;
+      case "acknowledged":
+        return this.take_acknowledged(message.alarms);
       case "answer":
         if (message.id != null) this.waiting.get(message.id)?.(message);
         if (message.id != null) this.waiting.delete(message.id);

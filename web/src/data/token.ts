@@ -18,6 +18,15 @@ export function token(): string | null {
   return sessionStorage.getItem(kKey);
 }
 
+/** A proxy says whose requests these are: commands need no token of the tab. */
+let known = false;
+export function need_no_token(none: boolean): void {
+  known = none;
+}
+export function is_known(): boolean {
+  return known;
+}
+
 // Requests show the token by a cookie, which WebSockets and links send too. Cookies are of all ports of a host.
 function show(text: string | null): void {
   const safe = location.protocol === "https:" ? "; Secure" : "";

@@ -3,7 +3,7 @@
 import {html} from "htm/preact";
 import {useEffect, useRef, useState} from "preact/hooks";
 import {Observable, use_observed} from "../data/observable";
-import {keep, set_asker, token} from "../data/token";
+import {is_known, keep, set_asker, token} from "../data/token";
 
 class Question extends Observable {
   purpose = "";
@@ -14,7 +14,7 @@ const question = new Question();
 
 /** True once there is a token; false where the reader gave none. */
 export function have_token(purpose: string): Promise<boolean> {
-  if (token()) return Promise.resolve(true);
+  if (token() || is_known()) return Promise.resolve(true);
   question.answered?.(false);
   question.purpose = purpose;
   return new Promise(resolve => {

@@ -51,7 +51,7 @@ export function NoteForm({run, done}: {run: Noted; done?: () => void}) {
                    remove_tags: before.filter(tag => !wanted.includes(tag))};
     try {
       const reply = await fetch(address_of(`api/runs/${encodeURIComponent(run.id)}/notes`), {
-        method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify({token: token(), ...asked})});
+        method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify({token: token() ?? undefined, ...asked})});
       const body = await reply.json().catch(() => null);
       if (reply.status === 403) forget();
       if (!reply.ok) throw new Error(body?.error ?? reply.statusText);

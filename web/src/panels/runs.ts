@@ -46,7 +46,7 @@ export function Runs() {
     <section class="panel runs" aria-labelledby="runs-title">
       <div class="row head">
         <h2 id="runs-title">Runs</h2>
-        <label>Search <input type="search" value=${words} placeholder="mpc tag:good, or rms_um < 2 and meta.ink ~ tpgda" onInput=${(e: Event) => set_words((e.target as HTMLInputElement).value)} /></label>
+        <label>Search <input type="search" value=${words} placeholder="words, or rms_um < 2" title="words such as mpc tag:good ink:tpgda, or a condition such as rms_um < 2 and meta.ink ~ tpgda" onInput=${(e: Event) => set_words((e.target as HTMLInputElement).value)} /></label>
         <span class="soft" role="status">${view.runs ? `${runs.length} of ${view.runs.length}` : "loading…"}</span>
         <button type="button" class="main" disabled=${view.chosen.length < 2} onClick=${() => go({page: "compare", compare: view.chosen})}>
           Put ${view.chosen.length || ""} beside each other</button>
