@@ -31,6 +31,7 @@ void declare_identify(OptionSet& options);
 void declare_import(OptionSet& options);
 void declare_key(OptionSet& options);
 void declare_log(OptionSet& options);
+void declare_people(OptionSet& options);
 void declare_plan(OptionSet& options);
 void declare_preview(OptionSet& options);
 void declare_print(OptionSet& options);

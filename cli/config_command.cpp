@@ -61,6 +61,7 @@ int show_user(const ConfigOptions& options) {
                                      {"runs", runs.folder},
                                      {"runs_named_by", runs.named_by},
                                      {"name", user.name},
+                                     {"people", user.people.string()},
                                      {"notify", user.notify}}
                   .dump(2) +
               "\n");

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cli/option_set.h"
+#include "cli/user_config.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
@@ -51,6 +52,7 @@ int run_ctl(const CtlOptions& options) {
   if (options.id != 0) order.id = options.id;
   const auto began = Clock::now();
   OperatorClient client(runs::folder_of(options.run));
+  client.say("from " + sender_name("firn ctl"));
   client.send(order);
   const auto answer = client.next(kPatience_s);
   const double ms = std::chrono::duration<double, std::milli>(Clock::now() - began).count();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/option_set.h"
+#include "cli/user_config.h"
 #include "config/include.h"
 #include "files/exit_codes.h"
 #include "files/text_file.h"
@@ -28,7 +29,9 @@ constexpr double kPatience_s = 10.0;  // of the simulated print
 /// @returns 0, or 1 where the print would be refused
 int run_preview(const Product& product, const PreviewOptions& options) {
   const std::filesystem::path file = options.experiment;
-  Experiment e = load_experiment(file, options.overrides);
+  std::vector<std::string> overrides = options.overrides;
+  name_operator(file, overrides);
+  Experiment e = load_experiment(file, overrides);
   const Blobs inputs = make_inputs(product, e, file.parent_path());
   complete_experiment(product, e, inputs);
   PrintPreview p = preview_print(e, inputs, file.parent_path());

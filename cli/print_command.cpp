@@ -13,6 +13,7 @@
 #include "cli/notify.h"
 #include "cli/option_set.h"
 #include "cli/print_show.h"
+#include "cli/use_warning.h"
 #include "cli/user_config.h"
 #include "config/changes.h"
 #include "config/devices.h"
@@ -215,6 +216,7 @@ int run_print(const Product& product, const PrintOptions& given) {
     std::vector<std::string> overrides = options.overrides;
     if (options.speedup > 0.0) overrides.push_back(fmt::format("run.time_scale={}", options.speedup));
     for (const std::string& assignment : options.meta) overrides.push_back("meta." + assignment);
+    name_operator(file, overrides);
     Experiment e = load_experiment(file, overrides);
     const PrintMeta meta = load_meta(file, overrides);
     require_meta(meta);
@@ -229,6 +231,7 @@ int run_print(const Product& product, const PrintOptions& given) {
       whole.bringup_state = bringup_state(e, whole);
     }
     part.keep();
+    warn_of_use(meta.use, meta.values, e, options.runs);
     PrintPreview preview = preview_print(e, inputs, file.parent_path());
     if (const auto foretold = foretell(product, e, inputs, kForetellWithin_s)) {
       take_foretold(*foretold, e, preview);

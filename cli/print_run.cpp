@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "cli/user_config.h"
 #include "config/labs.h"
 #include "files/exit_codes.h"
 #include "files/text_file.h"
@@ -99,6 +100,7 @@ PrintSummary carry_out_print(const Product& product, const runs::RunFolder& run,
     o.record = options.record;
     if (page_wanted(options)) o.page_token = new_page_token();
     o.page_is_public = options.is_public;
+    if (!o.page_token.empty()) o.page_people = people_table();
     o.on_page = [&](const std::string& address) { progress.note(page_text(address, o.page_token)); };
     const LaunchReport report = launch(product, run, o);
     s.result = report.result;

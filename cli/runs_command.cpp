@@ -116,11 +116,12 @@ int run_runs(const RunsOptions& o) {
   if (action == "seal") return seal_runs(o);
   if (action == "find") return find_runs(o);
   if (action == "sync") return sync_runs(o);
+  if (action == "use") return sum_runs_use(o);
   if (further != 0) throw UsageError(action + ": takes no further word");
   if (action == "clean") return clean(o);
   if (action != "list")
     throw UsageError("'" + action +
-                     "' is none of list, find, tag, note, seal, sync, clean, pack, expand, collect");
+                     "' is none of list, find, tag, note, seal, sync, use, clean, pack, expand, collect");
   std::vector<runs::RunEntry> runs;
   for (const std::string& place : o.runs)
     for (runs::RunEntry& r : runs::list_runs(place)) runs.push_back(std::move(r));
@@ -134,9 +135,9 @@ void declare_runs(OptionSet& options) {
   auto& o = options.calls(run_runs);
   options.option("ACTION", o.words,
                  "list (default) | find CONDITION | tag RUN TAG... | note RUN TEXT | seal RUN... | sync "
-                 "ARCHIVE | clean | pack RUN... | "
+                 "ARCHIVE | use [LAB] | clean | pack RUN... | "
                  "expand RUN... | collect RUN...; docs/commands/runs.md");
-  options.runs_option(o.runs, "where the run folders are; list and find take several");
+  options.runs_option(o.runs, "where the run folders are; find, list and use take several");
   options.option("--sort", o.sort, "KEY: find: order, by \"started\" by default; -KEY: from the largest");
   options.option("--limit", o.limit, "N: find: the first N alone").within(0, 1'000'000);
   options.option("--older-than", o.older_than_days, "DAYS: clean: runs that began before").within(0.0, 1e6);

@@ -54,6 +54,10 @@ int seal_runs(const RunsOptions& options);
 /// Copies sealed runs into the archive of the word behind "sync". @returns kFailed if a run was left out
 int sync_runs(const RunsOptions& options);
 
+/// Shows what prints used up, by batch and instrument, and which limits of the lab file behind "use" are
+/// near.
+int sum_runs_use(const RunsOptions& options);
+
 /// Returns notes as a list of {time_utc, author, host, text}.
 nlohmann::ordered_json notes_json(const std::vector<runs::NoteEntry>& notes);
 

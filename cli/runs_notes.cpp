@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "cli/runs_command.h"
+#include "cli/user_config.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
@@ -25,12 +26,18 @@ fs::path run_of(const RunsOptions& o, const std::string& action) {
   return run;
 }
 
+std::string author_of(const RunsOptions& o) {
+  return o.author.empty() ? read_user_config().name : o.author;  // empty: the user of this process
+}
+
 int show(const fs::path& run, bool json) {
   const runs::RunNotes all = runs::read_notes(run);
   if (json) {
-    fmt::print("{}\n",
-               Json{{"run", run.string()}, {"tags", all.tags()}, {"notes", notes_json(all.notes())}}.dump(
-                   2, ' ', false, Json::error_handler_t::replace));
+    fmt::print("{}\n", Json{{"run", run.string()},
+                            {"tags", all.tags()},
+                            {"notes", notes_json(all.notes())},
+                            {"acknowledged", notes_json(all.acknowledged())}}
+                           .dump(2, ' ', false, Json::error_handler_t::replace));
     return kOk;
   }
   std::string tags;
@@ -39,6 +46,8 @@ int show(const fs::path& run, bool json) {
   for (const runs::NoteEntry& n : all.notes())
     fmt::print("{}  {}: {}\n", n.time_utc.empty() ? "before 0.2" : n.time_utc,
                n.author.empty() ? "?" : n.author, n.text);
+  for (const runs::NoteEntry& n : all.acknowledged())
+    fmt::print("{}  {} acknowledged: {}\n", n.time_utc, n.author, n.text);
   if (all.entries.empty()) fmt::print("no notes and no tags\n");
   if (all.unreadable > 0)
     fmt::print(stderr, "{}: {} lines of its notes cannot be read\n", run.string(), all.unreadable);
@@ -64,7 +73,7 @@ int tag_run(const RunsOptions& o) {
   for (std::size_t n = 2; n < o.words.size(); ++n)
     entries.push_back({o.remove ? runs::NoteEntry::Kind::kUntag : runs::NoteEntry::Kind::kTag,
                        o.words[n],
-                       o.author,
+                       author_of(o),
                        {},
                        {}});
   runs::add_notes(run, std::move(entries));
@@ -75,7 +84,7 @@ int note_run(const RunsOptions& o) {
   const fs::path run = run_of(o, "note");
   if (o.words.size() == 2) return show(run, o.json);
   if (o.words.size() > 3) throw UsageError("note: one text is wanted, in quotes");
-  runs::add_notes(run, {{runs::NoteEntry::Kind::kNote, o.words[2], o.author, {}, {}}});
+  runs::add_notes(run, {{runs::NoteEntry::Kind::kNote, o.words[2], author_of(o), {}, {}}});
   return o.json ? show(run, true) : kOk;
 }
 

@@ -1,5 +1,6 @@
 #include "cli/user_config.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <system_error>
 
@@ -29,7 +30,8 @@ std::vector<Field> user_fields(UserConfig& user) {
   return {
       {"user.runs", &user.runs, "", field_rows::text(),
        "folder of run folders: a full path, or one below ~/"},
-      {"user.name", &user.name, "", field_rows::text(), "who you are"},
+      {"user.name", &user.name, "", field_rows::text(),
+       "who you are: operator of your prints, author of your notes, sender of your orders"},
       {"notify.command", &user.notify, "", field_rows::text(), "is started when a print ends"},
   };
 }
@@ -39,6 +41,7 @@ std::vector<Field> user_fields(UserConfig& user) {
 UserConfig read_user_config() {
   UserConfig user;
   user.file = config_file();
+  if (!user.file.empty()) user.people = user.file.parent_path() / "people";
   std::error_code none;
   if (user.file.empty() || !fs::exists(user.file, none)) return user;
   const Origins origins = read_fields(user_fields(user), read_config_text(user.file, ""), user.file.string());
@@ -49,6 +52,28 @@ UserConfig read_user_config() {
     throw ConfigError(user.file.string(), origins.at("user.runs").line, "user.runs",
                       "user.runs = \"" + user.runs + "\": must be a full path, or one below ~/");
   return user;
+}
+
+fs::path people_table() {
+  const fs::path file = read_user_config().people;
+  std::error_code none;
+  return !file.empty() && fs::exists(file, none) ? file : fs::path();
+}
+
+// No mistake in a file keeps an order from its print: it may be a stop.
+std::string sender_name(const std::string& program) try {
+  const UserConfig user = read_user_config();
+  return user.name.empty() ? program : user.name + " (" + program + ")";
+} catch (const ConfigError&) {
+  return program;
+}
+
+void name_operator(const fs::path& file, std::vector<std::string>& overrides) {
+  const UserConfig user = read_user_config();
+  if (user.name.empty()) return;
+  const Meta given = load_meta(file, overrides).values;
+  if (std::ranges::find(given, "operator", &MetaEntry::key) == given.end())
+    overrides.push_back("meta.operator=" + user.name);
 }
 
 RunsFolder default_runs_folder() {

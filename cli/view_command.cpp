@@ -29,6 +29,7 @@ struct ViewOptions {
   bool is_public = false;
   int port = 0;  ///< 0: the first free one
   std::vector<std::string> hosts;
+  std::string people;  ///< empty: people_table()
   bool json = false;
 };
 
@@ -64,6 +65,7 @@ int run_view(const Product& product, const ViewOptions& o) {
   s.hosts = o.hosts;
   s.token = new_page_token();
   s.is_public = o.is_public;
+  s.people = o.people.empty() ? people_table() : std::filesystem::path(o.people);
   s.stop_fd = stop.fd();
   s.index = runs::user_index();
   std::string open;  // the one run that was named
@@ -95,6 +97,8 @@ void declare_view(OptionSet& options) {
   options.option("--host", o.hosts, "NAME[:PORT] under which a proxy offers the page").one_value_each();
   options.flag("--public", o.is_public,
                "who reaches the page may read without the token; commands ask for it");
+  options.option("--people", o.people,
+                 "table of those who have tokens of their own; default: that of firn people");
   options.json_flag(o.json);
 }
 

@@ -12,6 +12,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+sys.dont_write_bytecode = True
+from loopback_hosts import Hosts, missing  # noqa: E402
+
 FIRN = ROOT = None
 
 
@@ -87,7 +91,7 @@ class Sync(unittest.TestCase):
     def setUpClass(cls):
         Find.setUpClass.__func__(cls)
 
-    tearDownClass = Find.tearDownClass
+    tearDownClass = Find.__dict__["tearDownClass"]
     print = Find.__dict__["print"]
     firn = Find.__dict__["firn"]
 
@@ -136,6 +140,72 @@ class Sync(unittest.TestCase):
         done = subprocess.run([FIRN, "runs", "sync", archive, "--runs", self.runs], capture_output=True, text=True, env=self.environment)
         self.assertEqual(done.returncode, 1)
         self.assertIn("another run has this name there", done.stdout)
+
+
+@unittest.skipIf(missing(*Hosts.PROGRAMS), f"{missing(*Hosts.PROGRAMS)} is not installed")
+class FarSync(unittest.TestCase):
+    """An archive on another computer: an sshd of this test's own on loopback."""
+    tearDownClass = Find.__dict__["tearDownClass"]
+    print = Find.__dict__["print"]
+    firn = Find.__dict__["firn"]
+
+    @classmethod
+    def setUpClass(cls):
+        Find.setUpClass.__func__(cls)
+        keys = cls.place / "ssh"
+        keys.mkdir()
+        cls.hosts = Hosts(keys, ["nas"])
+        cls.addClassCleanup(cls.hosts.stop)
+
+    def sync(self, archive, *words, code=0, path=None):
+        env = {**self.environment, "PATH": f"{path}:{self.hosts.env['PATH']}" if path else self.hosts.env["PATH"]}
+        done = subprocess.run([FIRN, "runs", "sync", f"nas:{archive}", "--runs", self.runs, "--json", *words], capture_output=True,
+                              text=True, env=env)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return {Path(r["run"]).name: r for r in json.loads(done.stdout)} if code != 2 else done.stderr
+
+    def test_sealed_runs_arrive_whole_at_the_other_computer_and_are_sent_once(self):
+        archive = self.place / "far off" / "it's here"  # a shell there reads the path
+        self.assertEqual({r["state"] for r in self.sync(archive).values()}, {"copied"})
+        self.assertEqual({p.name for p in archive.iterdir()}, {self.good.name, self.stopped.name})
+        self.assertIn("sealed", self.firn("audit", archive / self.good.name))
+        self.assertEqual({r["state"] for r in self.sync(archive).values()}, {"is there"})
+        self.firn("runs", "tag", self.good, "far")
+        said = self.sync(archive)
+        self.assertEqual((said[self.good.name]["state"], said[self.stopped.name]["state"]), ("renewed", "is there"))
+        self.assertIn("tags: far", self.firn("runs", "note", archive / self.good.name))
+
+    def test_a_byte_that_changed_on_the_way_is_found_and_the_copy_is_taken_for_no_run(self):
+        archive, tools = self.place / "changed", self.place / "tools"
+        tools.mkdir()
+        damaged = archive / f".arriving-{self.good.name}" / "experiment.toml"
+        (tools / "rsync").write_text(f"""#!/bin/sh
+{shutil.which("rsync")} "$@" || exit
+case "$*" in *--dry-run*) exit 0;; esac
+test ! -f '{damaged}' || {{ cp -p '{damaged}' '{damaged}.kept' && printf X | dd of='{damaged}' conv=notrunc status=none &&
+touch -r '{damaged}.kept' '{damaged}' && rm '{damaged}.kept'; }}
+""")
+        (tools / "rsync").chmod(0o755)
+        said = self.sync(archive, code=1, path=tools)
+        self.assertEqual(said[self.good.name]["state"], "left out")
+        self.assertIn("experiment.toml is another", said[self.good.name]["why"])
+        self.assertEqual({p.name for p in archive.iterdir() if not p.name.startswith(".")}, {self.stopped.name})
+        self.assertEqual(self.sync(archive)[self.good.name]["state"], "copied")  # goes on, and mends it
+        self.assertIn("sealed", self.firn("audit", archive / self.good.name))
+
+    def test_a_run_of_another_number_under_the_name_is_not_replaced_there_either(self):
+        archive = self.place / "far taken"
+        shutil.copytree(self.stopped, archive / self.good.name)
+        said = self.sync(archive, code=1)
+        self.assertIn("another run has this name there", said[self.good.name]["why"])
+
+    def test_a_computer_that_does_not_answer_is_named_before_anything_is_read(self):
+        done = subprocess.run([FIRN, "runs", "sync", "nowhere.invalid:prints", "--runs", self.runs], capture_output=True, text=True,
+                              env={**self.environment, "PATH": self.hosts.env["PATH"]})
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("nowhere.invalid", done.stderr)
+        self.assertIn("HOST:PATH", subprocess.run([FIRN, "runs", "sync", "nas:", "--runs", self.runs], capture_output=True, text=True,
+                                                  env=self.environment).stderr)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The user's own configuration and FIRN_RUNS, and codes that commands end with: tests/cli/user_config_test.py FIRN ROOT"""
+import hashlib
 import json
 import os
 import re
@@ -58,6 +59,39 @@ class UserConfiguration(Case):
             listed = json.loads(self.say("runs", "--json", **variables).stdout)
             self.assertEqual([Path(run["run"]).parent.name for run in listed], [name])
         self.assertFalse((self.place / "runs").exists())
+
+    def test_the_user_s_name_is_the_operator_of_prints_that_name_none_and_the_author_of_notes(self):
+        self.write('[user]\nname = "Ada Lovelace"\n')
+        labelled = [ROOT / "experiments/labelled.toml", "--bus", "in-process", "--json"]
+        for words, operator in (([], "Ada Lovelace"), (["--meta", "operator=Kim"], "Kim")):
+            done = self.say("print", *labelled, *words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            run = Path(json.loads(done.stdout)["run"])
+            self.assertEqual(json.loads((self.place / run / "provenance.json").read_text())["meta"]["operator"], operator)
+        self.assertEqual(self.say("preview", ROOT / "experiments/labelled.toml").returncode, 0)
+        for words, author in (([], "Ada Lovelace"), (["--author", "Kim"], "Kim")):
+            self.assertEqual(self.say("runs", "note", run, f"by {author}", *words).returncode, 0)
+            self.assertIn(f"{author}: by {author}", self.say("runs", "note", run).stdout)
+
+    def test_people_have_tokens_that_the_table_does_not_hold_and_the_table_lies_beside_the_configuration(self):
+        def told(*words, code=0):
+            done = self.say("people", *words)
+            self.assertEqual(done.returncode, code, done.stderr)
+            return done.stdout if code == 0 else done.stderr
+        added = json.loads(told("add", "Ada Lovelace", "--role", "operator", "--json"))
+        table = self.place / ".config/firn/people"
+        self.assertEqual((added["file"], table.stat().st_mode & 0o777), (str(table), 0o600))
+        self.assertNotIn(added["token"], table.read_text())
+        self.assertRegex(table.read_text(), rf"Ada Lovelace:operator:{hashlib.sha256(added['token'].encode()).hexdigest()}\n")
+        told("add", "Olga")
+        self.assertIn("is there already", told("add", "Olga", code=2))
+        self.assertIn("a role is observer, operator or proxy", told("add", "Kim", "--role", "admin", code=2))
+        self.assertIsNone(json.loads(told("add", "Petra", "--role", "operator", "--through-proxy", "--json"))["token"])
+        self.assertIn("needs a token", told("add", "nginx", "--role", "proxy", "--through-proxy", code=2))
+        told("remove", "Olga")
+        self.assertIn("has no Olga", told("remove", "Olga", code=2))
+        self.assertEqual(json.loads(told("list", "--json"))["people"], [{"name": "Ada Lovelace", "role": "operator", "token": True},
+                                                                        {"name": "Petra", "role": "operator", "token": False}])
 
     def test_a_study_goes_there_too(self):
         study = self.place / "study.toml"
