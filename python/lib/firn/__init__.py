@@ -6,8 +6,9 @@ python/README.md has the contract of a controller.
 """
 from .commands import compare, decide, plan, simulate, slice
 from .contract import Action, End, Interval, Landed, Layer, Measurement, Model, Print, Setup, Stop, Surface, Values
+from .live import LivePrint, connect
 from .program import FirnError, program
 from .runs import Run, Table, read_log
 
 __all__ = ["Print", "End", "Stop", "Measurement", "Setup", "Action", "Interval", "Model", "Layer", "Surface", "Landed", "Values", "Run", "Table", "FirnError", "read_log", "decide", "simulate", "compare",
-           "slice", "plan", "program"]
+           "slice", "plan", "program", "connect", "LivePrint"]
