@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# An empty Debian 12 in a folder, and commands in it as on a machine of its own. Needs root, debootstrap and a package source.
+# An empty Debian in a folder, and commands in it as on a machine of its own. Needs root, debootstrap and a package source.
 #
-#   scripts/fresh_machine.sh make FOLDER
-#       Makes it. From this machine it takes the package sources of Debian 12 and what reaches them: proxies, certificates, names
-#       of hosts, npm's registry.
+#   scripts/fresh_machine.sh make FOLDER [RELEASE]
+#       Makes it: Debian 12 (bookworm), or the release of that name, such as trixie. From this machine it takes the package sources
+#       of Debian 12, for the other release by its name, and what reaches them: proxies, certificates, names of hosts, npm's
+#       registry.
 #   scripts/fresh_machine.sh run FOLDER [--bind OUTSIDE INSIDE]... [--] COMMAND...
 #       Runs COMMAND there as root with an environment of its own. It sees /sys and the network of this machine. Devices, mounts
 #       and processes are its own: they end with COMMAND, or with this script if it is killed.
@@ -30,19 +31,19 @@ npm_settings() {
 }
 
 make_machine() {
-  local root=$1 mirror file
+  local root=$1 release=$2 mirror
   ((EUID == 0)) || none "needs root"
   command -v debootstrap >/dev/null || none "needs debootstrap"
   "${in_namespaces[@]}" true 2>/dev/null || none "namespaces of mounts and processes are not permitted here"
   mirror=$(debian_sources | xargs -r grep -ohE 'https?://[^[:space:]]+/debian/?([[:space:]]|$)' | head -n 1 | tr -d '[:space:]') || true
-  "${in_namespaces[@]}" debootstrap --variant=minbase bookworm "$root" ${mirror:+"$mirror"} >&2 ||
+  "${in_namespaces[@]}" debootstrap --variant=minbase "$release" "$root" ${mirror:+"$mirror"} >&2 ||
     none "debootstrap failed"
-  take_settings "$root"
+  take_settings "$root" "$release"
 }
 
-# take_settings FOLDER: what reaches the package sources.
+# take_settings FOLDER RELEASE: what reaches the package sources.
 take_settings() {
-  local root=$1 file
+  local root=$1 release=$2 file
   rm -f "$root/etc/apt/sources.list"
   for file in $(debian_sources) /etc/apt/{trusted.gpg.d,keyrings,auth.conf,auth.conf.d} /usr/local/share/ca-certificates \
     /etc/ssl/certs/ca-certificates.crt /etc/resolv.conf /etc/hosts; do
@@ -50,6 +51,7 @@ take_settings() {
     mkdir -p "$root${file%/*}"
     cp -rL "$file" "$root${file%/*}/"
   done
+  debian_sources | while read -r file; do sed -i "s/bookworm/$release/g" "$root$file"; done
   echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/short-lived"  # nobody needs these files after a power cut
   apt-config dump --format '%F "%v";%n' Acquire | grep -v '^Acquire::IndexTargets' >"$root/etc/apt/apt.conf.d/99host"
   ! command -v npm >/dev/null || npm_settings >"$root/root/.npmrc"
@@ -101,8 +103,8 @@ in_machine() {
 
 case ${1-} in
   make)
-    (($# == 2)) || usage
-    make_machine "$2"
+    (($# == 2 || $# == 3)) || usage
+    make_machine "$2" "${3:-bookworm}"
     ;;
   run)
     (($# >= 3)) || usage

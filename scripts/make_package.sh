@@ -11,7 +11,12 @@ build=$(readlink -f "$1") folder=$2 root=$(dirname "$(dirname "$(readlink -f "${
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$folder"
-maintainer='The Firn authors <authors@firn.example>'
+
+# Debian's policy 5.6.2 wants an address that answers: that of whoever packages it, as other programs of Debian take it from
+# the environment, else the author's of the last commit.
+maintainer=${DEBEMAIL:+${DEBFULLNAME:-$(id -un)} <$DEBEMAIL>}
+maintainer=${maintainer:-$(git -C "$root" log -1 --format='%an <%ae>' 2>/dev/null || true)}
+[[ $maintainer == *'<'*@*'>' ]] || { echo "make_package.sh: DEBEMAIL is not set, and there is no commit that names an author" >&2; exit 2; }
 
 # 1.0.0-1 of a commit with the tag v1.0.0; after it 1.0.0+DAY.COMMIT-1.
 version=$(sed -n 's/^project(firn VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
@@ -35,6 +40,14 @@ needed() {
   mapfile -t files < <(find "$work/$1" -type f -perm -u+x ! -name '*.py' -o -type f -name '*.so')
   (cd "$work" && dpkg-shlibdeps -O --ignore-missing-info "${files[@]}" 2>"$work/log" | sed -n 's/^shlibs:Depends=//p') ||
     { cat "$work/log" >&2; exit 1; }
+}
+
+# opened NAME: packages of the libraries that its programs open while they run, by the sonames in them.
+opened() {
+  local so
+  find "$work/$1/usr/lib/firn" -type f -perm -u+x -exec grep -haoE 'libhdf5_serial(_hl)?\.so\.[0-9]+' {} + | sort -u | while read -r so; do
+    dpkg -S "*/$so" | sed 's/:.*//;q'
+  done | sed -z 's/\n\(.\)/, \1/g'
 }
 
 # pack NAME ARCHITECTURE FIELDS DESCRIPTION: copyright, changes, sums, control; then the package.
@@ -81,7 +94,7 @@ find "$work/firn/usr/lib/firn" -type f ! -name '*.jar' -exec strip --strip-unnee
 find "$work/firn/usr/share/man" -name '*.1' -exec gzip -9n {} +
 mkdir -p "$work/firn/usr/share/doc/firn"
 cp "$root/cmake/install/README.Debian" "$work/firn/usr/share/doc/firn/"
-pack firn "$amd64" "Depends: $(needed firn), libhdf5-103-1
+pack firn "$amd64" "Depends: $(needed firn), $(opened firn)
 Recommends: python3-firn
 Suggests: firn-doc, coinor-cbc, chromium
 Section: science" "Description: closed-loop additive manufacturing

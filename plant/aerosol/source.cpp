@@ -23,10 +23,10 @@ struct SourceInput {
   double output = 1.0, tube_s = 1.0, clog_per_s = 0.0;
 };
 
-int source_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
+int source_rates(sunrealtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
   const auto& in = *static_cast<const SourceInput*>(user);
-  const realtype* y = NV_DATA_S(y_vector);
-  realtype* rate = NV_DATA_S(rate_vector);
+  const sunrealtype* y = NV_DATA_S(y_vector);
+  sunrealtype* rate = NV_DATA_S(rate_vector);
   rate[0] = (in.output - y[0]) / in.tube_s;
   rate[1] = in.clog_per_s * y[0] * (1.0 - y[1]);
   return 0;
@@ -53,7 +53,7 @@ struct Source::Solver {
   SourceInput input;
 
   Solver() {
-    succeeded(SUNContext_Create(nullptr, &context), "SUNContext_Create");
+    succeeded(SUNContext_Create(0, &context), "SUNContext_Create");
     y = N_VNew_Serial(2, context);
     N_VConst(0.0, y);
     cvode = CVodeCreate(CV_ADAMS, context);
@@ -105,12 +105,12 @@ void Source::advance(std::int64_t t_us) {
   if (span_s <= 0.0) return;
   if (!solver_) solver_ = std::make_unique<Solver>();
   solver_->input = {atomizer((slow_us_ + t_us) / 2), params_.tube_s, params_.clog_per_h / kSecondsPerHour};
-  realtype* y = NV_DATA_S(solver_->y);
+  sunrealtype* y = NV_DATA_S(solver_->y);
   y[0] = mist_;
   y[1] = clog_;
   succeeded(CVodeReInit(solver_->cvode, 0.0, solver_->y), "CVodeReInit");
   succeeded(CVodeSetStopTime(solver_->cvode, span_s), "CVodeSetStopTime");
-  realtype reached = 0.0;
+  sunrealtype reached = 0.0;
   succeeded(CVode(solver_->cvode, span_s, solver_->y, &reached, CV_NORMAL), "CVode");
   mist_ = y[0];
   clog_ = y[1];

@@ -19,11 +19,11 @@ struct Input {
   std::array<double, 3> threshold_degC{};
 };
 
-int heat_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
+int heat_rates(sunrealtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
   const auto& in = *static_cast<const Input*>(user);
   const IceHeatParams& p = *in.params;
-  const realtype* y = NV_DATA_S(y_vector);
-  realtype* rate = NV_DATA_S(rate_vector);
+  const sunrealtype* y = NV_DATA_S(y_vector);
+  sunrealtype* rate = NV_DATA_S(rate_vector);
   const double ab = p.link_W_K[0] * (y[0] - y[1]), bc = p.link_W_K[1] * (y[1] - y[2]);
   const double flow_in[3] = {-ab, ab - bc, bc};
   for (std::size_t n = 0; n < 3; ++n)
@@ -35,9 +35,9 @@ int heat_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
   return 0;
 }
 
-int roots(realtype, N_Vector y_vector, realtype* g, void* user) {
+int roots(sunrealtype, N_Vector y_vector, sunrealtype* g, void* user) {
   const auto& in = *static_cast<const Input*>(user);
-  const realtype* y = NV_DATA_S(y_vector);
+  const sunrealtype* y = NV_DATA_S(y_vector);
   for (int n = 0; n < 3; ++n) g[n] = y[n] - in.threshold_degC[std::size_t(n)];
   for (int v = 0; v < 2; ++v) g[3 + v] = y[5 + v];
   return 0;
@@ -139,7 +139,7 @@ void Heat::advance(std::int64_t t_us) {
 void Heat::step(double span_s) {
   Input& in = solver_->input;
   const Cvode& cvode = solver_->cvode;
-  realtype* y = NV_DATA_S(cvode.y);
+  sunrealtype* y = NV_DATA_S(cvode.y);
   double at_s = 0.0;
   while (at_s < span_s) {
     for (std::size_t n = 0; n < 3; ++n) {
@@ -159,7 +159,7 @@ void Heat::step(double span_s) {
     in.power_W[0] += in.valve_W;
     cvode.require(CVodeReInit(cvode.memory, at_s, cvode.y), "CVodeReInit");
     cvode.require(CVodeSetStopTime(cvode.memory, span_s), "CVodeSetStopTime");
-    realtype reached = at_s;
+    sunrealtype reached = at_s;
     const int flag = CVode(cvode.memory, span_s, cvode.y, &reached, CV_NORMAL);
     cvode.require(flag, "CVode");
     state_ = {{y[0], y[1], y[2]}, {y[3], y[4]}, {y[5], y[6]}};

@@ -14,11 +14,11 @@ struct NozzleInput {
   double target = 0.0;
 };
 
-int nozzle_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
+int nozzle_rates(sunrealtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
   const auto& in = *static_cast<const NozzleInput*>(user);
   const NozzleParams& p = *in.params;
-  const realtype* y = NV_DATA_S(y_vector);
-  realtype* rate = NV_DATA_S(rate_vector);
+  const sunrealtype* y = NV_DATA_S(y_vector);
+  sunrealtype* rate = NV_DATA_S(rate_vector);
   rate[0] = -y[0] / p.pressure_tau_s - p.pressure_per_drop * in.drops_per_s;
   rate[1] = p.wetting_per_drop * in.drops_per_s * (1.0 - y[1]) - y[1] / p.wetting_tau_s;
   rate[2] = p.heating_per_drop_K * in.drops_per_s - y[2] / p.heating_tau_s;
@@ -65,14 +65,14 @@ void Nozzle::advance(std::int64_t now_us) {
   if (!solver_) solver_ = std::make_unique<Solver>(&params_);
   solver_->input = {&params_, double(drops_) / span_s, target_};
   const Cvode& cvode = solver_->cvode;
-  realtype* y = NV_DATA_S(cvode.y);
+  sunrealtype* y = NV_DATA_S(cvode.y);
   y[0] = state_.pressure;
   y[1] = state_.wetting;
   y[2] = state_.heating_K;
   y[3] = state_.wander;
   cvode.require(CVodeReInit(cvode.memory, 0.0, cvode.y), "CVodeReInit");
   cvode.require(CVodeSetStopTime(cvode.memory, span_s), "CVodeSetStopTime");
-  realtype reached = 0.0;
+  sunrealtype reached = 0.0;
   cvode.require(CVode(cvode.memory, span_s, cvode.y, &reached, CV_NORMAL), "CVode");
   state_ = {y[0], y[1], y[2], y[3]};
   at_us_ = now_us;

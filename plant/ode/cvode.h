@@ -20,7 +20,8 @@ struct Cvode {
   void* memory = nullptr;
 
   Cvode(const char* owner, int states, CVRhsFn right_hand_side, void* user) : name(owner) {
-    require(SUNContext_Create(nullptr, &context), "SUNContext_Create");
+    // 0: no communicator, a null pointer in SUNDIALS 6 and SUN_COMM_NULL in 7.
+    require(SUNContext_Create(0, &context), "SUNContext_Create");
     y = N_VNew_Serial(states, context);
     memory = CVodeCreate(CV_ADAMS, context);
     iteration = SUNNonlinSol_FixedPoint(y, 0, context);

@@ -4,11 +4,13 @@
     tests/release/fresh_packages_test.py BUILD ROOT [--keep FOLDER]
 
 Installs firn and prints the demo; gives every command of the tutorials; builds a program on firn-dev; removes all of it and looks
-for what is left. Needs root, debootstrap and a package source (scripts/fresh_machine.sh); without them it is skipped. It says how
+for what is left. Then carries out the Containerfile there, line by line, as a builder of containers would. Needs root, debootstrap and a package source (scripts/fresh_machine.sh); without them it is skipped. It says how
 long each step took and gates nothing on it. --keep: the machine stays in FOLDER, for a look.
 """
 import json
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -118,6 +120,44 @@ def visit(fresh, here):
     say(f"files of other packages that stay: {len(left)}")
     runs = fresh.sh("the runs are there", "ls -d runs/* lab/runs/*", USER).split()
     assert len(runs) >= 4, runs
+    container(fresh, here)
+
+
+def instructions(text):
+    """(word, rest) of each instruction of a Containerfile; continued lines are one."""
+    text = re.sub(r"^#.*\n", "", text, flags=re.M).replace("\\\n", " ")
+    return [tuple(line.split(None, 1)) for line in text.splitlines() if line.strip()]
+
+
+def container(fresh, here):
+    """The lines of the Containerfile on the machine: it stands for the image that they begin with."""
+    user, folder, environment, words = "root", "/", "", {}
+    for word, rest in instructions((ROOT / "Containerfile").read_text()):
+        if word == "FROM":
+            assert rest == "docker.io/library/debian:${DEBIAN}-slim", rest
+        elif word == "COPY":
+            *names, to = rest.split()
+            fresh.sh(rest, f"mkdir -p {to} && " + " && ".join(f"cp /packages/{name} {to}" for name in names))
+        elif word == "RUN":
+            assert user == "root"
+            fresh.sh(f"RUN {rest[:50]}", f"({rest}) >/dev/null 2>&1")
+        elif word == "USER":
+            user = rest
+        elif word == "WORKDIR":
+            folder = rest
+        elif word == "ENV":
+            environment = f"export {rest}"
+        elif word in ("ENTRYPOINT", "CMD"):
+            words[word] = json.loads(rest)
+        else:
+            assert word in ("ARG", "EXPOSE"), word
+
+    def inside(*more):
+        return fresh.sh(" ".join(more), f"cd {folder} && {environment} && {shlex.join([*words['ENTRYPOINT'], *more])} 2>/dev/null", user)
+    told = json.loads(inside(*words["CMD"], "--json"))
+    assert all(run["identical"] for run in told["runs"]), told
+    inside("print", "experiments/cuboid.toml", "--bus", "in-process", "--set", "part.height_mm=0.02")
+    assert "cuboid" in inside("runs")
 
 
 if __name__ == "__main__":
