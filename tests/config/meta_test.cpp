@@ -48,6 +48,15 @@ TEST_CASE("[lab.use] limits a batch and instruments, in the order of the keys") 
   CHECK(parse_meta({{"x.toml", ""}}, {}).use.warn_percent == 90.0);
 }
 
+TEST_CASE("an experiment's own [lab.use] wins over that of the lab that it includes, key by key") {
+  const Texts texts{{"lab.toml", "[lab.use]\nlamp_h = 1000\nbatch_mm3 = 5e4\n"},
+                    {"x.toml", "[lab.use]\nlamp_h = 10\n"}};
+  const UseLimits use = parse_meta(texts, {}).use;
+  REQUIRE(use.limits.size() == 2);
+  CHECK(use.limits[0].limit == 5e4);
+  CHECK(use.limits[1].limit == 10.0);
+}
+
 TEST_CASE("a limit of [lab.use] that is none is refused by file, line and requirement") {
   const auto refused = [](const std::string& line) {
     return refusal({{"lab.toml", "[lab.use]\n" + line + "\n"}});

@@ -32,8 +32,9 @@ void stop(const std::filesystem::path& run) {
 }
 
 WebClient::Reply resume(const Served& s, const std::string& body = kRight) {
-  return WebClient(s.address).request("POST", "/api/runs/" + s.id + "/resume",
-                                      {"Content-Type: application/json"}, body);
+  return WebClient(s.address, "")
+      .request("POST", "/api/runs/" + s.id + "/resume",
+               {"Content-Type: application/json", "Cookie: firn-1=secret"}, body);
 }
 
 /// A page whose run was stopped, with a stand-in for firn.

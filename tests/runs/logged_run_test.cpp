@@ -54,7 +54,7 @@ fs::path copied(const fs::path& run, const fs::path& to) {
 /// Without the parts that only one of the two holds: bytes of a port are in no log, and of a print in one
 /// process no file holds the words of the launcher.
 json greeting(const WatchedRun& run) {
-  json hello = json::parse(run.hello(0.0, "run", false)), events = json::array();
+  json hello = json::parse(run.hello(0.0, "run", false, {})), events = json::array();
   for (json& instrument : hello["instruments"]) instrument.erase("last");
   for (json& event : hello["events"]) {
     event.erase("n");
