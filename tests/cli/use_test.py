@@ -87,7 +87,7 @@ class Use(unittest.TestCase):
         spent = self.counter(self.use(), "ink TPGDA, batch 2026-11")["volume_mm3"]
         lamp = self.counter(self.use(), "lamp")["hours"]
         near = self.place / "near.toml"
-        near.write_text(self.plain.read_text() + f"[lab.use]\nbatch_mm3 = {spent / 0.92!r}\nlamp_h = {lamp / 0.5!r}\n")
+        near.write_text(self.plain.read_text() + f"[lab.use]\nbatch_mm3 = {spent / 0.92!r}\nlamp_h = {lamp / 0.1!r}\n")
         told = self.use(near)
         self.assertEqual([(w["name"], w["unit"]) for w in told["warnings"]], [("ink TPGDA, batch 2026-11", "mm^3")])
         said = subprocess.run([FIRN, "runs", "use", near, "--runs", self.runs], capture_output=True, text=True, check=True).stdout
