@@ -10,6 +10,7 @@
 #include "core/control/pattern.h"
 #include "core/control/registration.h"
 #include "core/control/smf.h"
+#include "core/control/spatial_ilc.h"
 #include "core/control/stall_bound.h"
 #include "core/control/target_offset.h"
 #include "core/control/threshold.h"
@@ -28,12 +29,18 @@ std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptio
   return std::make_unique<StallBound>(std::make_unique<Mpc>(setup, options), setup, options);
 }
 
+std::unique_ptr<LayerController> make_spatial_ilc(const Setup& setup, const ControlOptions& options) {
+  return std::make_unique<StallBound>(std::make_unique<SpatialIlc>(setup, options), setup, options);
+}
+
 constexpr Scheme kSchemes[] = {
     {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
     {"smf", "surface-mapping feedback, PID per cell, drop on demand [Barnett 2012]", &make<Smf>},
     {"threshold", "one droplet where the layer is short by more than a threshold [Cohen and Lipson 2010]",
      &make<Threshold>},
     {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make_mpc},
+    {"spatial_ilc", "norm-optimal spatial iterative learning control, after Hoelzle and Barton 2016",
+     &make_spatial_ilc, kSpatialIlcOptions},
     {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]",
      &make<PatternPrint>},
     {"registration", "marks of both nozzles, to measure the offset of the second (firn calibrate)",
