@@ -180,9 +180,10 @@ void check_actuation(Rules& r) {
   }
   r.require(problem.empty(), {"actuation.heights_mm", "actuation.offsets"}, problem);
   if (e.actuation.offsets == OffsetKind::kNone) return;
-  r.require(
-      e.plant.model != "lu2015", {"actuation.offsets", "plant.model"},
-      "plant.model = \"lu2015\" has nothing between cells: a droplet beside a centre means nothing there");
+  const plant::NatureName* nature = plant::nature_name(e.plant.model);
+  r.require(!nature || nature->between_cells, {"actuation.offsets", "plant.model"},
+            "plant.model = \"" + e.plant.model +
+                "\" has nothing between cells: a droplet beside a centre means nothing there");
   r.require(e.estimator.droplets == "off", {"actuation.offsets", "estimator.droplets"},
             "estimator.droplets learns the height of droplets in the centres alone");
   r.require(e.control.height_estimate != "kalman", {"actuation.offsets", "control.height_estimate"},
@@ -216,6 +217,9 @@ void check_estimator(Rules& r) {
   r.require(!on || !has_two_jets(e), {"estimator.droplets"}, "learns one ink; this experiment prints two");
   r.require(!control::is_python_scheme(e.plant.model) || !has_two_jets(e), {"plant.model"},
             "a class in Python prints one ink; this experiment prints two");
+  const plant::NatureName* nature = plant::nature_name(e.plant.model);
+  r.require(!nature || nature->two_inks || !has_two_jets(e), {"plant.model"},
+            "plant.model = \"" + e.plant.model + "\" prints one ink; this experiment prints two");
   r.require(!on || e.control.smoothing == 0.0, {"estimator.droplets", "control.smoothing"},
             "needs the raw map: control.smoothing = 0 (a smoothed one hides what a single droplet does)");
   const bool kalman = e.control.height_estimate == "kalman";

@@ -38,8 +38,9 @@ std::vector<ConfigDifference> differences(const Experiment& a, const Experiment&
 
 std::string configuration_markdown() {
   Experiment defaults;
-  std::vector<Field> table = fields(defaults);  // without a scheme's own parameters: firn config explain
-  std::erase_if(table, [](const Field& f) { return !f.scheme.empty(); });
+  std::vector<Field> table =
+      fields(defaults);  // without what one scheme or physics alone has: config explain
+  std::erase_if(table, [](const Field& f) { return !f.scheme.empty() || !f.nature.empty(); });
   return "# Configuration\n\n"
          "Written by `firn config docs`. An experiment is a TOML file; every key has the default shown "
          "here.\n"

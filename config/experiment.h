@@ -29,6 +29,7 @@
 #include "estimators/droplet/options.h"
 #include "estimators/droplet/watch_options.h"
 #include "files/port_address.h"
+#include "plant/options/natures.h"
 
 namespace firn {
 
@@ -150,7 +151,7 @@ struct PlantCameraConfig {  ///< the jet as the simulated camera sees it
 };
 
 struct PlantConfig {
-  std::string model = "droplets";  ///< "droplets" (Firn's own physics) or "lu2015" (the paper's simulation)
+  std::string model = "droplets";  ///< plant/options/natures.h, or a class in Python
   std::uint64_t seed = 1;
   double ratio_b = 1.0;            ///< two inks: volume of a support droplet by an object droplet
   double variation = 0.2;          ///< lu2015: upward variation of h1..h3, per droplet and layer
@@ -169,6 +170,8 @@ struct PlantConfig {
   double dropout_fraction = 0.005;
   double profiler_dx_mm = 0.0, profiler_dy_mm = 0.0,
          profiler_dz_mm = 0.0;  ///< true place beyond the believed one
+  plant::NatureOptions nature;  ///< of the physics that `model` names
+  plant::FaultOptions faults;
   PlantCameraConfig camera;
   IcePlantConfig ice;
   AerosolPlantConfig aerosol;

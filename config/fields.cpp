@@ -221,11 +221,29 @@ Table lab_fields(Experiment& e) {
   return t;
 }
 
+Limits natures() {
+  std::vector<std::string_view> names;
+  for (const plant::NatureName& n : plant::kNatureNames) names.push_back(n.name);
+  return or_python(one_of(names));
+}
+
+/// Keys that one word of plant.model alone has.
+Table nature_fields(plant::NatureOptions& options) {
+  Table t;
+  plant::for_each_nature(options, [&](std::string_view name, auto& own, const auto& table) {
+    Table keys = rows("plant." + std::string(name) + ".", own, table);
+    for (Field& f : keys) f.nature = name;
+    add(t, keys);
+  });
+  return t;
+}
+
 Table plant_fields(Experiment& e) {
   PlantConfig& p = e.plant;
-  return {
-      {"plant.model", &p.model, "", or_python(one_of({"droplets", "lu2015"})),
-       "Firn's own physics, the paper's simulation, or a class in Python"},
+  Table t{
+      {"plant.model", &p.model, "", natures(),
+       "physics of the simulated lab: Firn's own, the paper's, others' structures (docs/worlds.md), or a "
+       "class in Python"},
       {"plant.seed", &p.seed, "", within(0, kLong), "of all disturbances"},
       {"plant.ratio_b", &p.ratio_b, "", within(0.01, 100),
        "two inks: volume of a droplet of support by one of the object"},
@@ -285,6 +303,11 @@ Table plant_fields(Experiment& e) {
       {"plant.camera.threshold_v", &p.camera.threshold_v, "V", within(0, 19),
        "of the first pulse: nothing leaves the nozzle below it"},
   };
+  add(t, nature_fields(p.nature));
+  add(t, rows("plant.sensor.", p.faults.sensor, plant::kSensorOptions));
+  add(t, rows("plant.nozzle.", p.faults.nozzle, plant::kNozzleFaults));
+  add(t, rows("plant.stage.", p.faults.stage, plant::kStageFaults));
+  return t;
 }
 
 Table bus_fields(Experiment& e) {
@@ -382,7 +405,8 @@ std::vector<Field> extra_fields(std::span<const control::ExtraOption> options, s
 }
 
 bool belongs(const Field& field, const Experiment& e) {
-  return belongs(field, e.lab.kind) && (field.scheme.empty() || field.scheme == e.control.scheme);
+  return belongs(field, e.lab.kind) && (field.scheme.empty() || field.scheme == e.control.scheme) &&
+         (field.nature.empty() || field.nature == e.plant.model);
 }
 
 std::vector<Field> fields(Experiment& e) {

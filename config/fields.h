@@ -44,6 +44,7 @@ struct Field {
   std::string_view meaning;
   bool between_layers = false;   ///< the operator may change it while the print runs
   std::string_view scheme = {};  ///< that alone has the key; empty: any
+  std::string_view nature = {};  ///< word of plant.model that alone has the key; empty: any
   bool only_if_given = false;    ///< not in the dump while it is empty or zero
 
   std::string_view section() const { return std::string_view(key).substr(0, key.rfind('.')); }
@@ -60,7 +61,7 @@ std::vector<Field> ice_plant_fields(Experiment& experiment);
 /// Returns true if a kind of lab has the field: "inkjet" has no robot, "ice" no jet.
 bool belongs(const Field& field, std::string_view lab_kind);
 
-/// Returns true if an experiment has the field: its lab and its scheme.
+/// Returns true if an experiment has the field: its lab, its scheme and its physics.
 bool belongs(const Field& field, const Experiment& experiment);
 
 /// Returns the fields of a scheme's own parameters, "control.extra.NAME", with their values in `values`.

@@ -361,17 +361,19 @@ class Reader {
   Origins origins_;
 };
 
-// Refuses keys that only another kind of lab or another scheme has: these would be lost in silence. (lab.kind
-// = "inkjet" is allowed: this is the default.)
+// Refuses keys that only another kind of lab, another scheme or other physics have: these would be lost in
+// silence. (lab.kind = "inkjet" is allowed: this is the default.)
 void check_kind(const Reader& reader, const Experiment& e) {
   const std::string& kind = e.lab.kind;
   for (const Field& f : reader.fields())
     if (const auto origin = reader.origins().find(std::string(f.key));
         origin != reader.origins().end() && f.key != "lab.kind" && !belongs(f, e))
-      throw ConfigError(origin->second.file, origin->second.line, std::string(f.key),
-                        std::string(f.key) + " = " + value_text(f) +
-                            (belongs(f, kind) ? ": is of control.scheme = \"" + std::string(f.scheme) + "\""
-                                              : ": lab.kind = \"" + kind + "\" has no such key"));
+      throw ConfigError(
+          origin->second.file, origin->second.line, std::string(f.key),
+          std::string(f.key) + " = " + value_text(f) +
+              (!belongs(f, kind)   ? ": lab.kind = \"" + kind + "\" has no such key"
+               : !f.nature.empty() ? ": is of plant.model = \"" + std::string(f.nature) + "\""
+                                   : ": is of control.scheme = \"" + std::string(f.scheme) + "\""));
 }
 
 }  // namespace

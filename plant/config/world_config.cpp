@@ -70,9 +70,21 @@ void check_inkjet(const WorldConfig& c) {
   require_within("strobe.dirt", s.dirt, 0, 100);
   require_within("strobe.nozzle_gap_mm", s.nozzle_gap_mm, 0.0, 100.0);
   require_within("lamp.baud", c.lamp.baud, 300, 1e6);
-  if (c.model != "droplets" && c.model != "lu2015" && !c.model.starts_with("python:"))
-    throw std::invalid_argument("world: model = \"" + c.model +
-                                "\" is not one of droplets, lu2015, python:FILE.py:CLASS");
+  check_options("sensor", kSensorOptions, c.sensor);
+  check_options("nozzle_faults", kNozzleFaults, c.nozzle_faults);
+  check_options("stage_faults", kStageFaults, c.stage_faults);
+  for_each_nature(c.nature, [&](std::string_view name, const auto& own, const auto& table) {
+    if (name == c.model) check_options(name, table, own);
+  });
+  const NatureName* nature = nature_name(c.model);
+  if (!nature && !c.model.starts_with("python:")) {
+    std::string known;
+    for (const NatureName& n : kNatureNames) known += std::string(n.name) + ", ";
+    throw std::invalid_argument("world: model = \"" + c.model + "\" is not one of " + known +
+                                "python:FILE.py:CLASS");
+  }
+  if (nature && c.two_inks && !nature->two_inks)
+    throw std::invalid_argument("world: model = \"" + c.model + "\" has one ink");
 }
 
 }  // namespace firn::plant

@@ -12,6 +12,7 @@
 
 #include "core/grid/grid.h"
 #include "plant/config/ice_config.h"
+#include "plant/options/natures.h"
 
 namespace firn::plant {
 
@@ -81,12 +82,8 @@ struct Lu2015Params {
 };
 
 /// Holds the parameters of the line sensor, which measures profiles of the surface (plant/inkjet/sensor.h).
-struct SensorParams {
-  double noise_mm = 0.001;       ///< white, per point
-  double offset_noise_mm = 0.0;  ///< one more draw per profile
-  double tilt = 0.0;             ///< error along the profile, mm of height per mm from the field's middle
-  double spot_x_mm = 0.02;
-  double spot_y_mm = 0.05;
+struct SensorParams : SensorOptions {
+  double noise_mm = 0.001;          ///< white, per point
   double dropout_floor = 0.005;     ///< probability of no reading on level ground
   double dropout_slope_from = 0.5;  ///< |dz/dx| above which it grows
   double dropout_per_slope = 0.3;
@@ -182,7 +179,8 @@ struct WorldConfig {
       1.0;  ///< world seconds per second of the host's clock, in which watchdogs against a dead host run
   double line_speed =
       1.0;  ///< serial lines are faster by this: something else carries the bytes at their baud
-  std::string model = "droplets";  ///< or "lu2015"
+  std::string model = "droplets";  ///< a word of kNatureNames, or a class in Python
+  NatureOptions nature;            ///< parameters of that physics
   bool two_inks = false;           ///< a block of object and support ink is printed, with two jets
   double nozzle_b_x_mm = 20.0;     ///< true place of the second nozzle, relative to the first
   double nozzle_b_y_mm = 0.0;
@@ -191,6 +189,8 @@ struct WorldConfig {
   NozzleParams nozzle;
   Lu2015Params lu2015;
   SensorParams sensor;
+  NozzleFaults nozzle_faults;
+  StageFaults stage_faults;
   StageParams stage;
   JetParams jet, jet_b;
   ProfilerParams profiler;

@@ -4,12 +4,16 @@
 
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/grid/grid.h"
 #include "core/grid/material_columns.h"
 #include "plant/config/world_config.h"
 #include "plant/inkjet/field.h"
+#include "plant/inkjet/validity.h"
 #include "plant/record/archive.h"
 
 namespace firn::plant {
@@ -63,6 +67,12 @@ class LayerCount {
   bool cured_ = false;
 };
 
+/// What nature cannot go on with: an exception of a class in Python, or a state beyond the theory of its
+/// physics.
+struct NatureError : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+
 class Model {
  public:
   virtual ~Model() = default;
@@ -79,15 +89,21 @@ class Model {
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual const LayerCount& layers() const = 0;
+  /// Largest values since the print began; empty: the nature has no such limits.
+  virtual std::vector<Validity> validity() const { return {}; }
   /// Returns the columns of inks: settled (lu2015), or as last cured (droplets). No cells unless
   /// WorldConfig::two_inks.
   virtual MaterialColumns materials() const = 0;
   virtual void io(Archive& a) = 0;
 };
 
-/// "droplets" or "lu2015". @throws std::invalid_argument for another name
+/// Returns the nature that config.model names: a word of kNatureNames, or a class in Python.
+/// @throws std::invalid_argument for another name
 std::unique_ptr<Model> make_model(const WorldConfig& config);
 std::unique_ptr<Model> make_droplet_model(const WorldConfig& config);
 std::unique_ptr<Model> make_lu2015_model(const WorldConfig& config);
+std::unique_ptr<Model> make_wu_chiu_model(const WorldConfig& config);
+std::unique_ptr<Model> make_graph_flow_model(const WorldConfig& config);
+std::unique_ptr<Model> make_thin_film_model(const WorldConfig& config);
 
 }  // namespace firn::plant

@@ -19,11 +19,6 @@ struct PythonNature {
   python::ClassName name;
 };
 
-/// An exception of the class, or an answer that is none.
-struct NatureError : std::runtime_error {
-  using runtime_error::runtime_error;
-};
-
 inline bool is_python_model(std::string_view model) { return model.starts_with("python:"); }
 
 /// Droplets of a pass reach the class together, when the jet is disarmed, the lamp exposes or the sensor

@@ -122,10 +122,42 @@ FIRN_CLONES void read_points(const SeenRow& row, const SensorParams& p, double o
   for (std::size_t n = 0; n < kAtOnce; ++n) {
     const double steep = std::abs(slope[n]) - p.dropout_slope_from;
     const double dropout = p.dropout_floor + p.dropout_per_slope * (0.0 < steep ? steep : 0.0);
-    const double read = z[n] + offset +
+    const double read = p.scale * z[n] + offset +
                         p.tilt * (row.x0_mm + double(int(first + n)) * row.dx_mm - middle_mm) +
                         p.noise_mm * noise[n];
     z_mm[n] = draw[n] < dropout ? std::numeric_limits<double>::quiet_NaN() : read;
+  }
+}
+
+// First-order autoregression along the profile, of standard deviation wave_mm. Its draws are those of blocks
+// of noise beyond all points of a profile.
+constexpr std::uint32_t kWaveBlocks = 0x40000000u;
+void add_wave(const SensorParams& p, double dx_mm, PhiloxBlock first, std::array<std::uint32_t, 2> seed,
+              std::span<double> z_mm) {
+  const double kept = std::exp(-dx_mm / p.wave_length_mm), fresh = std::sqrt(1.0 - kept * kept);
+  double wave = 0.0;
+  PhiloxBlock block{};
+  for (std::size_t n = 0; n < z_mm.size(); ++n) {
+    if (n % 4 == 0) {
+      first[0] = kWaveBlocks + std::uint32_t(n / 4);
+      block = philox4x32(first, seed);
+    }
+    const double draw = normal_table()(block[n % 4]);
+    wave = n == 0 ? draw : kept * wave + fresh * draw;
+    z_mm[n] += p.wave_mm * wave;
+  }
+}
+
+// Raises readings beside a higher edge by a share of the step.
+void add_ghosts(const SensorParams& p, double dx_mm, std::span<double> z_mm) {
+  const std::vector<double> seen(z_mm.begin(), z_mm.end());
+  const auto reach = std::int64_t(p.ghost_reach_mm / dx_mm), count = std::int64_t(seen.size());
+  for (std::int64_t n = 0; n < count; ++n) {
+    double top = seen[std::size_t(n)];
+    for (std::int64_t k = std::max<std::int64_t>(0, n - reach); k <= std::min(count - 1, n + reach); ++k)
+      if (seen[std::size_t(k)] > top) top = seen[std::size_t(k)];  // false for a reading that is missing
+    const double step_mm = top - seen[std::size_t(n)];
+    if (step_mm >= p.ghost_step_mm) z_mm[std::size_t(n)] += p.ghost_share * step_mm;
   }
 }
 
@@ -154,6 +186,8 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
     read_points(row, p, offset, middle_mm, first, draws, z);
     std::copy_n(z, std::min(kAtOnce, z_mm.size() - first), z_mm.begin() + std::ptrdiff_t(first));
   }
+  if (p.wave_mm > 0.0) add_wave(p, dx_mm, counter(Purpose::kSensorNoise, 0), seed, z_mm);
+  if (p.ghost_share > 0.0) add_ghosts(p, dx_mm, z_mm);
 }
 
 }  // namespace firn::plant

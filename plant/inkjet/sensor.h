@@ -19,9 +19,10 @@ struct ProfileKey {
 };
 
 /// Computes z_mm[n] = surface at (x0_mm + n dx_mm, y_mm) averaged over the spot, plus noise; NaN where the
-/// sensor has no reading, with probability floor + per_slope x max(0, |dz/dx| - slope_from). Beside the field
-/// lies the substrate, z = 0. A field of one fine cell per pitch is seen as steps, a finer one as piecewise
-/// linear.
+/// sensor has no reading, with probability floor + per_slope x max(0, |dz/dx| - slope_from). The faults of
+/// SensorOptions are in it: scale and tilt of the surface, correlated noise, ghosts beside edges. Beside the
+/// field lies the substrate, z = 0. A field of one fine cell per pitch is seen as steps, a finer one as
+/// piecewise linear.
 void measure_profile(const Field& field, const SensorParams& params, ProfileKey key, double y_mm,
                      double x0_mm, double dx_mm, std::span<double> z_mm);
 

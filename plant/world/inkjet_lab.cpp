@@ -2,6 +2,7 @@
 #include <cmath>
 #include <vector>
 
+#include "plant/inkjet/instrument_faults.h"
 #include "plant/inkjet/sensor.h"
 #include "plant/inkjet/strobe_scene.h"
 #include "plant/twins/camera.h"
@@ -31,6 +32,7 @@ class InkjetLab final : public WorldLab, private Wires {
         lamp_twin_(c.lamp, *this),
         jet_b_(make_jet(Port::kJetB, c.jet_b, *this)),
         camera_({}, [this](const Exposure& e) { return picture(e); }),
+        nozzles_{NozzleFault(c.nozzle_faults), NozzleFault(c.nozzle_faults)},
         line_(std::size_t(c.profiler.points)) {
     twins = {&stage_, jet_.get(), &profiler_, &lamp_twin_, jet_b_.get(), &camera_};
   }
@@ -48,11 +50,13 @@ class InkjetLab final : public WorldLab, private Wires {
             model_->means_with_margin(),
             {},
             0.0,
+            model_->validity(),
             model_->fine_surface()};
   }
   MaterialColumns materials() const override { return model_->materials(); }
   void io_plant(Archive& a) override {
     a.all(fired_, missed_, gated_, scans_of_layer_);
+    if (config.nozzle_faults.any()) a.all(nozzles_[0], nozzles_[1]);
     a.tag(1, "the plant");
     model_->io(a);
   }
@@ -60,7 +64,11 @@ class InkjetLab final : public WorldLab, private Wires {
  private:
   void pulse(int axis, std::int64_t t_us, const double position_mm[3],
              const double velocity_mm_s[3]) override {
-    if (axis == 1) return scan(t_us, position_mm[0], position_mm[1]);
+    if (axis == 1) {
+      const StagePlace place =
+          true_place(config.stage_faults, config.grid, {position_mm[0], position_mm[1]}, velocity_mm_s[0]);
+      return scan(t_us, place.x_mm, place.y_mm, position_mm[1]);
+    }
     if (axis != 0) return;
     // One line drives both jets; each obeys when it is set to external triggers.
     int droplets_a = 0, droplets_b = 0;
@@ -84,7 +92,7 @@ class InkjetLab final : public WorldLab, private Wires {
          port == Port::kJetB ? Material::kB : Material::kA, droplets);
   }
 
-  /// Position and speed of the stage.
+  /// Position and speed of the stage, as its encoders say.
   struct Stage {
     double x_mm, y_mm, vx_mm_s, vy_mm_s;
   };
@@ -100,11 +108,18 @@ class InkjetLab final : public WorldLab, private Wires {
 
   void fire(std::int64_t t_us, const Stage& at, Material ink, int droplets) {
     const Shot shot = shot_of(t_us, at, ink);
-    const bool dead = (ink == Material::kB ? jet_b_ : jet_)->nozzle_dead();
+    const bool b = ink == Material::kB;
+    const NozzleShot leaves = nozzles_[b].fire(t_us, int(model_->layers().layer()) + 1, droplets);
+    const int leave = (b ? jet_b_ : jet_)->nozzle_dead() ? 0 : leaves.droplets;
+    const StagePlace place = true_place(config.stage_faults, config.grid, {at.x_mm, at.y_mm}, at.vx_mm_s);
+    Shot from = shot;
+    from.x_mm += place.x_mm - at.x_mm + leaves.dx_mm;
+    from.y_mm += place.y_mm - at.y_mm + leaves.dy_mm;
+    for (int n = droplets; n < leave; ++n) model_->fire(from);  // dripped, beside those that were triggered
     Landing no_drop;
     no_drop.missed = true;
     for (int n = 0; n < droplets; ++n) {
-      const Landing landing = dead ? no_drop : model_->fire(shot);
+      const Landing landing = n < leave ? model_->fire(from) : no_drop;
       ++fired_;
       missed_ += landing.missed;
       write_shot(at, shot, landing.missed ? ShotOutcome::kMissed : ShotOutcome::kFired, landing);
@@ -138,10 +153,11 @@ class InkjetLab final : public WorldLab, private Wires {
     return std::abs(shift_mm) < kPlace_mm ? 0.0 : shift_mm;
   }
 
-  void scan(std::int64_t t_us, double stage_x_mm, double stage_y_mm) {
+  /// @param said_y_mm by the stage's encoder
+  void scan(std::int64_t t_us, double stage_x_mm, double stage_y_mm, double said_y_mm) {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
     const bool crossed = stage_.device().encoder_crossed();
-    const auto encoder = std::int32_t(stage_.device().encoder_counts(1, crossed ? stage_x_mm : stage_y_mm));
+    const auto encoder = std::int32_t(stage_.device().encoder_counts(1, crossed ? stage_x_mm : said_y_mm));
     model_->measured();
     const ProfilerParams& p = config.profiler;
     measure_profile(model_->surface(), config.sensor,
@@ -184,7 +200,8 @@ class InkjetLab final : public WorldLab, private Wires {
   LampTwin lamp_twin_;
   std::unique_ptr<JetTwin> jet_b_;
   CameraTwin camera_;
-  std::vector<double> line_;  ///< points of one profile
+  std::array<NozzleFault, 2> nozzles_;  ///< of jet and jet_b
+  std::vector<double> line_;            ///< points of one profile
 
   std::int64_t fired_ = 0, missed_ = 0, gated_ = 0;
   std::uint32_t scans_of_layer_ = 0;  ///< scan triggers since the last exposure

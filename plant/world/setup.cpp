@@ -190,6 +190,10 @@ WorldConfig world_config(const Experiment& e) {
   c.nozzle_b_x_mm = e.plant.nozzle_b_x_mm;
   c.nozzle_b_y_mm = e.plant.nozzle_b_y_mm;
   c.ratio_b = e.plant.ratio_b;
+  c.nature = e.plant.nature;
+  static_cast<SensorOptions&>(c.sensor) = e.plant.faults.sensor;
+  c.nozzle_faults = e.plant.faults.nozzle;
+  c.stage_faults = e.plant.faults.stage;
   c.sensor.noise_mm = e.plant.sensor_noise_mm;
   c.sensor.dropout_floor = e.plant.dropout_fraction;
   c.stage.counts_per_mm = e.stage.counts_per_mm;

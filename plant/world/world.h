@@ -46,6 +46,7 @@ struct Truth {
   HeightMap wide;    ///< the same, and the cells of a margin around the grid; droplets only
   std::array<double, 2> gas_set_sccm = {};  ///< set points in force: atomizer, sheath
   double platen_set_degC = 0.0;             ///< set point in force
+  std::vector<Validity> validity = {};      ///< of the theory behind the nature; empty: it has no limits
   HeightMap fine = {};  ///< `wide` on the model's own cells; empty: it has none between them
 };
 

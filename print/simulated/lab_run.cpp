@@ -28,6 +28,7 @@
 #include "print/run_facts.h"
 #include "print/simulated/paused_clock.h"
 #include "print/simulated/plant_world.h"
+#include "print/simulated/validity_words.h"
 #include "runs/folder/commit.h"
 #include "runs/folder/folder_watch.h"
 #include "runs/folder/incarnation_seal.h"
@@ -389,6 +390,7 @@ void print_in_lab(const Product& product, const runs::RunFolder& run, const Expe
   if (!interrupted) {
     runs::RunResult result = runs::result_of(end.outcome, end.layers, end.reason);
     judge.judge(result);
+    result.reason += validity_words(world.world().truth().validity);
     add_facts(run, e, result);
     written([&] { run.write_result(result); });
     report.result = result;

@@ -19,6 +19,7 @@
 #include "print/folder/taking_part.h"
 #include "print/simulated/line_truth.h"
 #include "print/simulated/plant_world.h"
+#include "print/simulated/validity_words.h"
 #include "replay/ice_error.h"
 
 namespace firn {
@@ -159,6 +160,7 @@ MemoryPrintReport print_in_memory(const Product& product, const Experiment& e, c
 
   plant::Truth truth = world.world().truth();
   report.result = runs::result_of(end.outcome, end.layers, end.reason);
+  report.result.reason += validity_words(truth.validity);
   report.error = judge.error(world.world(), prints_paths(e) ? measured.layer : end.layers, truth.height);
   if (options.outline) report.outline = judge.outline(world.world(), truth);
   report.droplets = truth.droplets_fired;

@@ -86,6 +86,17 @@ Probe<Experiment> world(const char* keys, const char* name = "", const char* lab
           name};
 }
 
+/// The keys of one physics of the ink-jet lab.
+Probe<Experiment> nature(const std::string& name) {
+  Probe<Experiment> probe = world("");
+  probe.keys = "plant." + name + ".";
+  probe.build = [build = probe.build, name](Experiment& e) {
+    e.plant.model = name;
+    build(e);
+  };
+  return probe;
+}
+
 void build_estimator(Experiment& e) { droplet::DropletEstimator(small_grid(), e.estimator); }
 
 /// A shape that does not use the size.
@@ -212,6 +223,12 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           world("plant.nozzle_b_y_mm"),
           world("plant.sensor_noise_mm", "noise_mm"),
           world("plant.dropout_fraction", "dropout"),
+          world("plant.sensor."),
+          world("plant.nozzle."),
+          world("plant.stage."),
+          nature("wu_chiu"),
+          nature("graph_flow"),
+          nature("thin_film"),
           world("plant.aerosol.flow", "", "aerosol"),
           world("plant.aerosol.wander", "", "aerosol"),
           world("plant.aerosol.open_delay_s", "", "aerosol"),
