@@ -16,6 +16,7 @@
 #include "cli/study_state.h"
 #include "cli/user_config.h"
 #include "config/include.h"
+#include "config/study_labs.h"
 #include "core/options/for_people.h"
 #include "files/exit_codes.h"
 #include "files/usage_error.h"
@@ -28,6 +29,7 @@
 #include "runs/folder/run_folder.h"
 #include "runtime/build_info.h"
 #include "runtime/result_fingerprint.h"
+#include "studies/compare/declared_commit.h"
 #include "studies/compare/recorded_study.h"
 #include "studies/compare/study_runner.h"
 #include "studies/compare/study_shards.h"
@@ -84,21 +86,33 @@ void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal, bool a
                journal.damaged());
 }
 
-// The lab that each seed drew: a line for each seed, a column for each key.
+// The lab that each seed drew: a line for each seed, a column for each key; where the parts are worlds a line
+// for each world and seed, and no value for a key that is not of the world.
 std::string labs_csv(const Study& study) {
-  std::string csv = "seed";
-  for (const KeyRange& prior : study.priors) csv += "," + prior.key;
-  for (const std::uint64_t seed : study.seeds) {
-    csv += "\n" + std::to_string(seed);
-    for (const std::string& drawn : drawn_lab(study, seed)) csv += "," + drawn.substr(drawn.find('=') + 1);
-  }
+  const bool worlds = !study.worlds.file.empty();
+  std::vector<std::string> keys;
+  for (std::size_t part = 0; part < study.parts.size(); ++part)
+    for (const KeyRange& prior : priors_of(study, part))
+      if (std::ranges::find(keys, prior.key) == keys.end()) keys.push_back(prior.key);
+  std::string csv = worlds ? "world,seed" : "seed";
+  for (const std::string& key : keys) csv += "," + key;
+  for (std::size_t part = 0; part < (worlds ? study.parts.size() : 1); ++part)
+    for (const std::uint64_t seed : study.seeds) {
+      csv += "\n" + (worlds ? study.parts[part].name + "," : "") + std::to_string(seed);
+      const std::vector<std::string> lab = drawn_lab(study, part, seed);
+      for (const std::string& key : keys) {
+        const auto drawn =
+            std::ranges::find_if(lab, [&](const std::string& d) { return d.starts_with(key + "="); });
+        csv += "," + (drawn == lab.end() ? "" : drawn->substr(key.size() + 1));
+      }
+    }
   return csv + "\n";
 }
 
 void write_study_files(const std::filesystem::path& folder, const std::filesystem::path& file,
                        const Study& study) {
   write_file_atomically(folder / "study.toml", read_config_text(file));
-  if (!study.priors.empty()) write_file_atomically(folder / "labs.csv", labs_csv(study));
+  if (!priors_of(study, 0).empty()) write_file_atomically(folder / "labs.csv", labs_csv(study));
 }
 
 using Provenance = std::vector<std::pair<std::string, std::string>>;
@@ -117,12 +131,25 @@ Provenance provenance(const Provenance& data, const std::string& trial) {
   return all;
 }
 
-Provenance provenance(const StudyPlan& plan, std::size_t of_other_platforms) {
+/// @param folder of the study file
+Provenance provenance(const StudyPlan& plan, const std::filesystem::path& folder,
+                      std::size_t of_other_platforms) {
   const auto& seeds = plan.study.seeds;
   const auto [low, high] = std::minmax_element(seeds.begin(), seeds.end());
   Provenance told{{"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
                   {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)}};
   if (!plan.study.lab.empty()) told.emplace_back("lab", plan.study.lab.string());
+  if (const StudyWorlds& worlds = plan.study.worlds; !worlds.file.empty()) {
+    told.emplace_back("worlds", worlds.name + ", " + std::string(kLabSetWords[std::size_t(worlds.use)]) +
+                                    " labs, declared in " + worlds.file);
+    told.emplace_back("commit of the declaration", declared_commit(folder / worlds.file));
+    for (const DeclaredGoal& goal : worlds.goals) told.emplace_back("goal " + goal.name, goal.says);
+    for (const StudyEntry& world : plan.study.parts) {
+      std::string ranges;
+      for (const KeyRange& prior : world.priors) ranges += "; " + prior.key + " " + prior.words();
+      told.emplace_back("world " + world.name, world.source + ranges);
+    }
+  }
   for (const KeyRange& prior : plan.study.priors)
     told.emplace_back(prior.key,
                       prior.words() + "; drawn for each seed, the same for all schemes (labs.csv)");
@@ -217,10 +244,7 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   Study study = load_study(file);
   study.lab = options.lab;
   study.overrides.insert(study.overrides.end(), options.overrides.begin(), options.overrides.end());
-  if (options.seeds > 0) {
-    study.seeds.clear();
-    for (int s = 1; s <= options.seeds; ++s) study.seeds.push_back(std::uint64_t(s));
-  }
+  if (options.seeds > 0) take_seeds(study, std::size_t(options.seeds));
   const StudyPlan plan = plan_study(std::move(study), file.parent_path(), lab, options.study);
   const std::optional<FailIf> fail_if = parse_fail_if(options.fail_if, plan.study.arms);
   const StudyPlatforms platforms = options.platform == "any" ? StudyPlatforms::kAny : StudyPlatforms::kThis;
@@ -275,9 +299,10 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
     fmt::print("{}\n", own->finish().string());
     return kOk;
   }
-  return write_results(folder, study_table(plan, journal), differing_arms(plan), differing_parts(plan),
-                       provenance(plan, options.platform == "any" ? journal.of_other_platforms() : 0),
-                       same_nature(lab), options.json, fail_if);
+  return write_results(
+      folder, study_table(plan, journal), differing_arms(plan), differing_parts(plan),
+      provenance(plan, file.parent_path(), options.platform == "any" ? journal.of_other_platforms() : 0),
+      same_nature(lab), options.json, fail_if);
 }
 
 namespace {

@@ -7,12 +7,11 @@
 #define TOML_SHARED_LIB 1
 #include <toml++/toml.h>
 
-#include "config/checks.h"
 #include "config/error.h"
-#include "config/fields.h"
 #include "config/include.h"
-#include "config/reader.h"
 #include "config/study_design.h"
+#include "config/study_labs.h"
+#include "config/study_values.h"
 #include "config/text_limits.h"
 #include "files/nearest.h"
 #include "files/run_paths.h"
@@ -20,11 +19,11 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kMaxName = 60, kMaxOverrides = 200, kMaxRuns = 1000;
+constexpr std::size_t kMaxRuns = 1000;
 
-class StudyReader {
+class StudyReader : private StudyValues {
  public:
-  explicit StudyReader(const std::string& file) : file_(file), design_(file) {}
+  explicit StudyReader(const std::string& file) : StudyValues(file), design_(file) {}
 
   Study read(const toml::table& table) {
     refuse_experiment(table);
@@ -40,9 +39,13 @@ class StudyReader {
       else if (k == "seeds")
         seeds(node, line);
       else if (k == "metrics")
-        metrics(node, line);
+        study_.metrics = metrics_of(node, line);
       else if (k == "baseline")
         baseline(node, line);
+      else if (k == "worlds")
+        study_.worlds.file = text_of(node, k, line);
+      else if (k == "labs")
+        study_.worlds.use = use_of(node, line);
       else if (k == "scheme")
         entries(node, k, line, schemes_);
       else if (k == "part")
@@ -51,11 +54,16 @@ class StudyReader {
         design_.read(k, node, line);
       else
         unknown(k, line,
-                {"name", "experiment", "set", "seeds", "metrics", "baseline", "scheme", "part", "vary", "zip",
-                 "sample", "prior"});
+                {"name", "experiment", "set", "seeds", "metrics", "baseline", "worlds", "labs", "scheme",
+                 "part", "vary", "zip", "sample", "prior"});
     }
     if (std::ranges::any_of(schemes_, [](const StudyEntry& s) { return !s.runs.empty(); })) recorded(table);
-    if (study_.seeds.empty()) fail(0, "seeds", "is missing: a count, as in seeds = 100, or a list");
+    if (!study_.worlds.file.empty())
+      of_worlds(table);
+    else if (table.contains("labs"))
+      fail(0, "labs", "has no meaning without worlds = \"FILE.toml\", which declares them");
+    else if (study_.seeds.empty())
+      fail(0, "seeds", "is missing: a count, as in seeds = 100, or a list");
     if (study_.parts.empty()) study_.parts.push_back({"part", {}, 0});
     combine();
     finish();
@@ -95,51 +103,26 @@ class StudyReader {
     for (std::size_t n = 1; n <= count; ++n) study_.seeds.push_back(n);
   }
 
+  LabSet use_of(const toml::node& node, int line) const {
+    const std::string word = text_of(node, "labs", line);
+    const auto found = std::ranges::find(kLabSetWords, word);
+    if (found == kLabSetWords.end()) fail(line, "labs", "must be one of tuning, held_out");
+    return LabSet(found - kLabSetWords.begin());
+  }
+
+  // The declaration has these already, so that no study of it differs in them.
+  void of_worlds(const toml::table& table) const {
+    if (!table.contains("labs")) fail(0, "labs", "is missing: \"tuning\" or \"held_out\" labs of the worlds");
+    for (const char* key : {"experiment", "part", "prior", "metrics"})
+      if (table.contains(key))
+        fail(int(table.get(key)->source().begin.line), key, "is declared by the file of worlds");
+    if (const toml::node* list = table.get("seeds"); list && !list->is_integer())
+      fail(int(list->source().begin.line), "seeds", "must be a count of the declared labs, from the first");
+  }
+
   void baseline(const toml::node& node, int line) {
     study_.baseline = text_of(node, "baseline", line);
     baseline_line_ = line;
-  }
-
-  [[noreturn]] void fail(int line, const std::string& key, const std::string& problem) const {
-    throw ConfigError(file_, line, key, key + ": " + problem);
-  }
-
-  [[noreturn]] void unknown(const std::string& key, int line,
-                            const std::vector<std::string_view>& known) const {
-    const std::string near = nearest(key, known);
-    fail(line, key.substr(0, 100),
-         "unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
-  }
-
-  std::string text_of(const toml::node& node, const std::string& key, int line) const {
-    if (!node.is_string()) fail(line, key, "must be text");
-    const std::string text = node.as_string()->get();
-    if (text.empty() || text.size() > 1000) fail(line, key, "must have 1 to 1000 bytes");
-    for (unsigned char c : text)
-      if (c < 0x20 || c == 0x7f) fail(line, key, "must not contain control characters");
-    return text;
-  }
-
-  std::string name_of(const toml::node& node, const std::string& key, int line) const {
-    const std::string name = text_of(node, key, line);
-    const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-      return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' ||
-             c == '_' || c == '-' || c == ' ' || c == '+';
-    });
-    if (!plain || name.size() > kMaxName || name.front() == '.' || name.front() == ' ')
-      fail(
-          line, key,
-          "must be 1 to 60 letters, digits, '.', '_', '-', '+' or blanks, and not begin with '.' or a blank");
-    return name;
-  }
-
-  std::vector<std::string> overrides_of(const toml::node& node, const std::string& key, int line) const {
-    const toml::array* list = node.as_array();
-    if (!list || list->size() > kMaxOverrides)
-      fail(line, key, "must be a list of at most 200 texts \"KEY=VALUE\"");
-    std::vector<std::string> out;
-    for (const toml::node& entry : *list) out.push_back(text_of(entry, key, line));
-    return out;
   }
 
   std::vector<std::string> runs_of(const toml::node& node, int line) const {
@@ -168,18 +151,6 @@ class StudyReader {
     }
     if (std::set(study_.seeds.begin(), study_.seeds.end()).size() != study_.seeds.size())
       fail(line, "seeds", limits);
-  }
-
-  void metrics(const toml::node& node, int line) {
-    const toml::array* list = node.as_array();
-    if (!list || list->empty() || list->size() > 20)
-      fail(line, "metrics", "must be a list of 1 to 20 names, the primary one first");
-    for (const toml::node& entry : *list) {
-      const std::string name = name_of(entry, "metrics", line);
-      if (std::ranges::find(study_.metrics, name) != study_.metrics.end())
-        fail(line, "metrics", "names " + name + " twice");
-      study_.metrics.push_back(name);
-    }
   }
 
   void entries(const toml::node& node, const std::string& kind, int line, std::vector<StudyEntry>& out) {
@@ -213,7 +184,7 @@ class StudyReader {
     }
     study_.arms = design_.combined(schemes_);
     study_.priors = design_.priors();
-    study_.file = file_;
+    study_.file = file();
   }
 
   void finish() {
@@ -239,7 +210,6 @@ class StudyReader {
       if (!seen.insert(e.name).second) fail(e.line, kind, "the name '" + e.name + "' is given twice");
   }
 
-  std::string file_;
   Study study_;
   std::vector<StudyEntry> schemes_;
   DesignReader design_;
@@ -262,6 +232,7 @@ Study parse_study(std::string_view text, const std::string& file) {
 Study load_study(const std::filesystem::path& path) {
   Study s = parse_study(read_config_text(path), path.string());
   if (s.name.empty()) s.name = path.stem().string();
+  if (!s.worlds.file.empty()) take_worlds(s, path.parent_path());
   return s;
 }
 
@@ -282,47 +253,6 @@ std::vector<std::pair<std::string, std::string>> study_texts(const Study& study,
   auto with_lab = read_with_includes(study.lab);
   with_lab.push_back(std::move(texts.back()));
   return with_lab;
-}
-
-std::vector<std::string> drawn_lab(const Study& study, std::uint64_t seed) {
-  std::vector<std::string> drawn;
-  for (const KeyRange& prior : study.priors) drawn.push_back(prior.drawn(seed));
-  return drawn;
-}
-
-namespace {
-
-void set_lab(const Study& study, const std::vector<std::string>& lab, const std::string& whose,
-             Experiment& e) try {
-  read_fields(fields(e), "", "", lab);
-  check_experiment(e, {}, "", true);
-} catch (const ConfigError& error) {
-  const auto prior = std::ranges::find(study.priors, error.key, &KeyRange::key);
-  throw ConfigError(study.file, prior == study.priors.end() ? 0 : prior->line, error.key,
-                    "[prior], " + whose + ": " + error.problem);
-}
-
-}  // namespace
-
-void draw_lab(const Study& study, std::uint64_t seed, Experiment& e) {
-  if (!study.priors.empty()) set_lab(study, drawn_lab(study, seed), "seed " + std::to_string(seed), e);
-}
-
-void check_labs(const Study& study, const Experiment& experiment) {
-  Experiment e = experiment;
-  const std::vector<Field> all = fields(e);
-  std::vector<std::string> low, high;
-  for (const KeyRange& prior : study.priors) {
-    const auto field = std::ranges::find(all, prior.key, &Field::key);
-    if (field != all.end() && !belongs(*field, e))
-      throw ConfigError(study.file, prior.line, prior.key,
-                        "[prior], " + prior.key + ": no key of this experiment");
-    low.push_back(prior.lowest());
-    high.push_back(prior.highest());
-  }
-  if (study.priors.empty()) return;
-  set_lab(study, low, "lowest values", e);
-  set_lab(study, high, "highest values", e);
 }
 
 std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/experiment.h"
-#include "config/study_ranges.h"
+#include "config/worlds.h"
 
 namespace firn {
 
@@ -20,6 +20,16 @@ struct StudyEntry {
   std::vector<std::string> overrides;  ///< "control.scheme=mpc", as of --set
   int line = 0;                        ///< in the study file; 0 = not written there
   std::vector<std::string> runs = {};  ///< on record, relative to the study file; else it is printed
+  std::vector<KeyRange> priors = {};   ///< of a part that is a declared world: of the labs of its seeds
+  std::string source = {};             ///< likewise
+};
+
+/// Where a study's parts are declared worlds.
+struct StudyWorlds {
+  std::string file;  ///< relative to the study file; empty: they are not
+  LabSet use = LabSet::kTuning;
+  std::string name;  ///< of the declaration
+  std::vector<DeclaredGoal> goals;
 };
 
 /// Design of a comparison: an arm is a scheme under one combination of the varied keys. Every arm prints
@@ -36,6 +46,7 @@ struct Study {
   std::vector<KeyRange> priors;      ///< of the lab of each seed
   std::vector<std::string> metrics;  ///< the first is the primary one; "" = the lab's own
   std::string baseline;              ///< an arm's name, or ""
+  StudyWorlds worlds = {};
 
   /// Returns true if the schemes are runs on record: all of them are then, with as many runs each.
   bool recorded() const { return !arms.empty() && !arms.front().runs.empty(); }
@@ -45,8 +56,9 @@ inline constexpr std::size_t kMaxArms = 64, kMaxParts = 64, kMaxSeeds = 100'000,
 
 /// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline; [[scheme]] and
 /// [[part]] with name and set; [vary], [zip], [sample] and [prior] (config/study_design.h). Or [[scheme]]
-/// with name and runs, name, metrics, baseline and nothing else. @throws ConfigError naming file, line, key
-/// and limit.
+/// with name and runs, name, metrics, baseline and nothing else. Or worlds and labs, the file of a
+/// declaration and one of its kinds of labs, with which load_study() fills experiment, parts, seeds and
+/// metrics. @throws ConfigError naming file, line, key and limit.
 Study parse_study(std::string_view toml_text, const std::string& file_name);
 
 /// parse_study of the file at `path`. @throws ConfigError, also if it cannot be read
@@ -60,15 +72,6 @@ std::filesystem::path study_experiment_file(const Study& study, const std::files
 /// experiment includes no lab that could be replaced
 std::vector<std::pair<std::string, std::string>> study_texts(const Study& study,
                                                              const std::filesystem::path& folder);
-
-/// Returns the keys of a seed's lab, "KEY=VALUE" for each prior.
-std::vector<std::string> drawn_lab(const Study& study, std::uint64_t seed);
-/// Sets the keys of a seed's lab in the experiment of an arm on a part.
-/// @throws ConfigError naming study file, line, key, seed and limit
-void draw_lab(const Study& study, std::uint64_t seed, Experiment& experiment);
-/// @throws ConfigError as above: the experiment lacks a key that is drawn, or cannot have the lowest or the
-/// highest values of all of them
-void check_labs(const Study& study, const Experiment& experiment);
 
 /// Returns the experiments of every arm on every part (arm-major), with unchanged seeds. `folder` = of the
 /// study file.

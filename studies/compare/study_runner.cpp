@@ -10,6 +10,7 @@
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/include.h"
+#include "config/study_labs.h"
 #include "files/digest.h"
 #include "files/nearest.h"
 #include "files/run_paths.h"
@@ -58,7 +59,7 @@ void take_part(const Experiment& recorded, const Blobs& of_run, const Experiment
 Experiment StudyPlan::experiment(const StudyCell& cell) const {
   Experiment e = experiments[at(cell.arm, cell.part)];
   lab->set_seed(e, study.seeds[cell.seed]);
-  draw_lab(study, study.seeds[cell.seed], e);
+  draw_lab(study, cell.part, study.seeds[cell.seed], e);
   return e;
 }
 
@@ -91,20 +92,21 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
   std::vector<std::string> of_arm;
   for (std::size_t n = 0; n < plan.experiments.size(); ++n) {
     Experiment e = plan.experiments[n];
-    check_labs(plan.study, e);
+    const std::size_t part = n % plan.study.parts.size();
+    check_labs(plan.study, part, e);
     lab.set_seed(e, 0);
-    draw_lab(plan.study, 0, e);
+    draw_lab(plan.study, part, 0, e);
     of_arm.push_back(digest_of(e, *plan.inputs[n]));
   }
-  for (std::size_t s = 0; s < plan.study.seeds.size(); ++s) {
-    std::string of_seed = "seed " + std::to_string(plan.study.seeds[s]) + "\n";
-    for (const std::string& drawn : drawn_lab(plan.study, plan.study.seeds[s])) of_seed += drawn + "\n";
-    for (std::size_t p = 0; p < plan.study.parts.size(); ++p)
+  for (std::size_t s = 0; s < plan.study.seeds.size(); ++s)
+    for (std::size_t p = 0; p < plan.study.parts.size(); ++p) {
+      std::string of_seed = "seed " + std::to_string(plan.study.seeds[s]) + "\n";
+      for (const std::string& drawn : drawn_lab(plan.study, p, plan.study.seeds[s])) of_seed += drawn + "\n";
       for (std::size_t a = 0; a < plan.study.arms.size(); ++a) {
         const std::string whole = of_arm[plan.at(a, p)] + of_seed;
         plan.cells.push_back({a, p, s, sha256_hex(std::as_bytes(std::span(whole)))});
       }
-  }
+    }
   return plan;
 }
 

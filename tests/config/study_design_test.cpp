@@ -5,7 +5,7 @@
 
 #include "config/error.h"
 #include "config/fields.h"
-#include "config/study.h"
+#include "config/study_labs.h"
 
 using namespace firn;
 
@@ -18,7 +18,7 @@ Study designed(const std::string& sections) {
 std::string refusal_of(const std::string& sections) {
   try {
     const Study s = designed(sections);
-    for (const Experiment& e : study_experiments(s, "")) check_labs(s, e);
+    for (const Experiment& e : study_experiments(s, "")) check_labs(s, 0, e);
   } catch (const ConfigError& e) {
     return e.what();
   }
@@ -81,7 +81,7 @@ TEST_CASE("A seed has one lab whatever the scheme, and other seeds have other la
   std::set<double> drifts;
   for (const std::uint64_t seed : s.seeds) {
     std::vector<Experiment> e = study_experiments(s, "");
-    for (Experiment& one : e) draw_lab(s, seed, one);
+    for (Experiment& one : e) draw_lab(s, 0, seed, one);
     CHECK(e[0].plant.drift == e[1].plant.drift);
     CHECK(e[0].plant.sensor_noise_mm == e[1].plant.sensor_noise_mm);
     CHECK((e[0].plant.drift >= 0.01 && e[0].plant.drift <= 0.2));
@@ -92,10 +92,10 @@ TEST_CASE("A seed has one lab whatever the scheme, and other seeds have other la
 
 TEST_CASE("A key's labs do not change with the other keys that a study draws") {
   const std::string drift = "[prior]\n\"plant.drift\" = [0.01, 0.2]\n";
-  CHECK(drawn_lab(designed(drift + "[vary]\n\"control.smf.kp\" = [1]\n"), 3).front() ==
+  CHECK(drawn_lab(designed(drift + "[vary]\n\"control.smf.kp\" = [1]\n"), 0, 3).front() ==
         drawn_lab(designed(drift +
                            "\"plant.sensor_noise_mm\" = [0.001, 0.002]\n[vary]\n\"control.smf.kp\" = [1]\n"),
-                  3)
+                  0, 3)
             .front());
 }
 
