@@ -224,7 +224,8 @@ int compare_recorded(const CompareOptions& options, const Study& study, const st
     throw UsageError("--set, --seeds, --lab: the runs are printed already");
   if (!options.shard.empty() || options.most > 0 || options.again || options.dry_run || options.status)
     throw UsageError("--shard, --max, --again, --dry-run, --status: the runs are printed already");
-  const RecordedStudy found = recorded_study(study, from);
+  const RecordedStudy found =
+      recorded_study(study, from, options.layers.empty() ? LayerWindow{} : parse_window(options.layers));
   Provenance runs;
   for (std::size_t arm = 0; arm < found.runs.size(); ++arm)
     runs.emplace_back("runs of " + study.arms[arm].name, found.runs[arm]);
@@ -239,6 +240,8 @@ std::atomic<bool> interrupted{false};
 
 int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop) {
   if (options.threads < 0) throw UsageError("--threads must be 0 or more");
+  if (!options.layers.empty())
+    throw UsageError("--layers: is of runs on record, and " + options.study + " is a study to print");
   const StudyShard shard = options.shard.empty() ? StudyShard{} : parse_shard(options.shard);
   const std::filesystem::path file = options.study;
   Study study = load_study(file);
@@ -373,6 +376,8 @@ void declare_compare(OptionSet& options) {
   options.flag("--cancel", o.cancel, "--on slurm: ends the shards that were submitted");
   options.option("--where", o.where,
                  "CONDITION: runs on record in these folders that meet it; docs/commands/runs.md");
+  options.option("--layers", o.layers,
+                 "FIRST-LAST: of runs on record, means over these layers instead of the last maps");
   options.option("--by", o.by, "meta.KEY: groups runs on record by what was printed, not by scheme");
   options.option("--fail-if", o.fail_if, "\"A worse than B\": exit code 1 if the study tells so");
   options.thread_option(o.threads);

@@ -25,6 +25,7 @@ struct CompareOptions {
   bool status = false;                 ///< tells the prints on record
   std::string platform = "this";       ///< "any": results of other platforms count too
   std::string where;                   ///< condition on runs on record in the folders of `words`
+  std::string layers;                  ///< "FIRST-LAST": window of runs on record; empty: their last maps
   std::string by;                      ///< "meta.ink": runs on record are grouped by this key, not by scheme
   std::string fail_if;                 ///< "A worse than B": exit code 1 then
   std::string on;                      ///< "slurm[:PARTITION]" or "ssh:HOST,HOST"; empty: this computer

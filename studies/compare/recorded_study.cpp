@@ -1,5 +1,7 @@
 #include "studies/compare/recorded_study.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +9,8 @@
 #include <set>
 
 #include "core/grid/outline.h"
+#include "core/options/number.h"
+#include "core/statistics/correlated_series.h"
 #include "files/run_paths.h"
 #include "files/usage_error.h"
 #include "firn/layer_metrics_t.hpp"
@@ -58,6 +62,45 @@ std::vector<double> metrics_of_layer(const layer_metrics_t& m, const std::option
   return values;
 }
 
+// Of the layers of a window; the outline is of the last map alone.
+std::vector<double> mean_metrics(const std::vector<layer_metrics_t>& layers) {
+  std::vector<double> sum(measured_metrics().size(), 0.0);
+  for (const layer_metrics_t& m : layers) {
+    const std::vector<double> values = metrics_of_layer(m, std::nullopt);
+    for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += values[n] / double(layers.size());
+  }
+  return sum;
+}
+
+// The difference of two prints, layer by layer.
+std::string difference_of(const std::string& a, const std::vector<layer_metrics_t>& of_a,
+                          const std::string& b, const std::vector<layer_metrics_t>& of_b) {
+  std::vector<double> difference_um;
+  int first = 0, last = 0;
+  for (const layer_metrics_t& m : of_a) {
+    const auto same = std::ranges::find(of_b, m.layer, &layer_metrics_t::layer);
+    if (same == of_b.end()) continue;
+    if (difference_um.empty()) first = m.layer;
+    last = m.layer;
+    difference_um.push_back((m.rms_mm - same->rms_mm) * kUmPerMm);
+  }
+  if (difference_um.empty())
+    return "One print each: " + a + " and " + b + " have no measured layer in common";
+  const statistics::SeriesMean s = statistics::mean_of_series(difference_um);
+  const std::string of =
+      fmt::format("One print each: rms_um of {} less that of {}, mean of layers {} to {}: {:.3g} um", a, b,
+                  first, last, s.mean);
+  if (std::isnan(s.interval.low)) return of + "; too few layers for an interval";
+  const bool apart = s.interval.low > 0.0 || s.interval.high < 0.0;
+  return of +
+         fmt::format(
+             " [{:.3g}, {:.3g}] by block bootstrap. A layer correlates by {:.2f} with the next, so that "
+             "{} layers count as {:.1f}. These two prints {}, which says nothing of other prints of these "
+             "schemes",
+             s.interval.low, s.interval.high, s.lag1, difference_um.size(), s.effective,
+             apart ? "differ" : "do not differ beyond chance");
+}
+
 // An older program kept no outline, and lines and paths have none.
 void drop_unknown(report::StudyTable& t) {
   for (std::size_t m = t.metrics.size(); m-- > 0;) {
@@ -77,9 +120,10 @@ runs::ProvenanceDocument provenance_of(const fs::path& run) {
 
 struct ReadRun {
   report::StudyRun run;
-  std::string target;       // digest
-  std::string doubt;        // damage of its records, or layers without a map; empty: none
-  bool own_target = false;  // imported: flat, at the mean of its own last map
+  std::string target;                   // digest
+  std::string doubt;                    // damage of its records, or layers without a map; empty: none
+  bool own_target = false;              // imported: flat, at the mean of its own last map
+  std::vector<layer_metrics_t> layers;  // of the window, each once: as it was measured last
 };
 
 // None: its makers' records have no tolerance.
@@ -91,7 +135,7 @@ std::optional<bool> within_tolerance(const fs::path& run, const runs::RunFolder&
   return limit_um > 0.0 ? std::optional(rms_um <= limit_um) : std::nullopt;
 }
 
-ReadRun read_recorded(const fs::path& path) {
+ReadRun read_recorded(const fs::path& path, const LayerWindow& window) {
   const runs::RunLock still(path, runs::RunUse::kRead);
   const runs::RunFolder folder = runs::RunFolder::open(path);
   ReadRun read;
@@ -106,7 +150,14 @@ ReadRun read_recorded(const fs::path& path) {
   std::optional<layer_metrics_t> last;
   try {
     const runs::RunReader messages(path);
-    messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) { last = m; });
+    messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) {
+      last = m;
+      if (!window.holds(m.layer) || !heights_told(m)) return;
+      if (!read.layers.empty() && read.layers.back().layer == m.layer)
+        read.layers.back() = m;
+      else
+        read.layers.push_back(m);
+    });
     if (!messages.damage().empty()) read.doubt = "is damaged: " + messages.damage().front();
   } catch (const std::invalid_argument& error) {
     throw UsageError(path.string() + ": " + error.what());
@@ -120,9 +171,13 @@ ReadRun read_recorded(const fs::path& path) {
     read.doubt = "was measured last after layer " + std::to_string(last->layer) + " of " +
                  std::to_string(result->layers);
   if (last && !read.run.within) read.run.within = within_tolerance(path, folder, last->rms_mm * kUmPerMm);
+  if (window.given() && read.layers.empty())
+    throw UsageError(path.string() + ": no layer from " + std::to_string(window.first) + " to " +
+                     std::to_string(window.last) + " was measured");
   read.run.metrics =
-      last ? metrics_of_layer(*last, result ? result->outline : std::nullopt)
-           : std::vector<double>(measured_metrics().size(), std::numeric_limits<double>::quiet_NaN());
+      window.given() ? mean_metrics(read.layers)
+      : last         ? metrics_of_layer(*last, result ? result->outline : std::nullopt)
+             : std::vector<double>(measured_metrics().size(), std::numeric_limits<double>::quiet_NaN());
   return read;
 }
 
@@ -173,7 +228,18 @@ Study study_of_runs(const std::vector<std::string>& runs, const std::string& by)
   return study;
 }
 
-RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
+LayerWindow parse_window(const std::string& text) {
+  const std::size_t dash = text.find('-');
+  LayerWindow w;
+  if (dash != text.npos)
+    w = {whole_number<int>(text.substr(0, dash)).value_or(0),
+         whole_number<int>(text.substr(dash + 1)).value_or(0)};
+  if (w.first < 1 || w.last < w.first)
+    throw UsageError("--layers '" + text + "': FIRST-LAST is wanted, layers from 1, as in 3-20");
+  return w;
+}
+
+RecordedStudy recorded_study(const Study& study, const fs::path& folder, const LayerWindow& window) {
   RecordedStudy out;
   report::StudyTable& t = out.table;
   t.name = study.name;
@@ -188,13 +254,14 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
   std::vector<Experiment> first;
   bool imported = false;
   int own_targets = 0;
+  std::vector<std::vector<layer_metrics_t>> layers;  // of each run
   for (const StudyEntry& arm : study.arms) {
     t.arms.push_back(arm.name);
     std::string names;
     for (const std::string& text : arm.runs) {
       const fs::path run = folder / text;
       if (!seen.insert(fs::weakly_canonical(run)).second) throw UsageError(run.string() + " is given twice");
-      ReadRun read = read_recorded(run);
+      ReadRun read = read_recorded(run, window);
       targets.insert(read.target);
       own_targets += read.own_target;
       if (!read.doubt.empty()) t.notes.push_back(run_name(run) + " " + read.doubt);
@@ -202,6 +269,7 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
       for (const std::size_t m : wanted) metrics.push_back(read.run.metrics[m]);
       read.run.metrics = std::move(metrics);
       t.runs.push_back(std::move(read.run));
+      layers.push_back(std::move(read.layers));
       names += (names.empty() ? "" : ", ") + run_name(run);
       imported = imported || is_imported(run);
     }
@@ -210,6 +278,14 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
     first.push_back(parse_recorded_experiment(runs::RunFolder::open(run).experiment_toml(),
                                               RunPaths(run).experiment_path().string()));
   }
+  if (window.given())
+    t.notes.push_back("Metrics are means over layers " + std::to_string(window.first) + " to " +
+                      std::to_string(window.last) +
+                      ", which were chosen: another window may say another thing");
+  if (t.seeds.size() == 1)
+    for (std::size_t a = 0; a < t.arms.size(); ++a)
+      for (std::size_t b = a + 1; b < t.arms.size(); ++b)
+        t.notes.push_back(difference_of(t.arms[a], layers[a], t.arms[b], layers[b]));
   if (study.metrics.empty()) drop_unknown(t);
   if (targets.size() > 1)
     t.notes.push_back("The runs have " + std::to_string(targets.size()) +

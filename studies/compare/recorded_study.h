@@ -23,9 +23,23 @@ struct RecordedStudy {
 /// @throws UsageError: a folder that is no run, a run without the key, schemes with different numbers of runs
 Study study_of_runs(const std::vector<std::string>& runs, const std::string& by = "");
 
+/// Layers of a comparison of runs on record, both ends among them.
+struct LayerWindow {
+  int first = 0, last = 0;  ///< 0, 0: the last measured map alone, and all layers of single prints
+  bool given() const { return last > 0; }
+  bool holds(int layer) const { return !given() || (layer >= first && layer <= last); }
+};
+/// Parses "FIRST-LAST". @throws UsageError with the limits
+LayerWindow parse_window(const std::string& text);
+
+/// Where each scheme has one run, the layers of these prints are the only scatter there is: the note of each
+/// pair has the mean difference over layers with an interval that knows their correlation
+/// (core/statistics/correlated_series.h), and says that it is of one print each.
 /// @param study with runs in every scheme; `folder` = of the study file
+/// @param window its metrics are means over these layers of each run, and not those of the last map
 /// @throws UsageError naming the run: no run folder, a finished print without a measured layer, a run given
 /// twice; a metric that recorded runs have not. Damage is a note of the table.
-RecordedStudy recorded_study(const Study& study, const std::filesystem::path& folder);
+RecordedStudy recorded_study(const Study& study, const std::filesystem::path& folder,
+                             const LayerWindow& window = {});
 
 }  // namespace firn

@@ -195,6 +195,23 @@ class Import(unittest.TestCase):
         self.assertEqual([s["name"] for s in named["schemes"]], ["old", "new"])
         self.assertIn("new has 5 runs and old 6", firn("compare", *runs["old"], *runs["new"][1:], code=2).stderr)
 
+    def test_one_print_each_is_compared_by_its_correlated_layers_and_says_so(self):
+        runs = []
+        for name, noise_mm in (("old", 2e-3), ("new", 2e-4)):
+            heights, drops = printed(12, 9, 8, noise_mm, 1, dense=True)
+            runs.append(self.imported(self.write_table(heights, drops, 0, 1), "--name", name)[0])
+
+        def notes(*words):
+            return " ".join(json.loads(firn("compare", *runs, "-o", self.folder / "study", "--json", *words).stdout)["notes"])
+
+        self.assertRegex(notes(), r"One print each: rms_um of old less that of new, mean of layers 1 to 12: [0-9.]+ um \[[0-9.]+, [0-9.]+\] "
+                                  r"by block bootstrap.*12 layers count as [0-9.]+\. These two prints differ")
+        self.assertRegex(notes("--layers", "3-8"), r"Metrics are means over layers 3 to 8, which were chosen.*mean of layers 3 to 8")
+        self.assertIn("FIRST-LAST", firn("compare", *runs, "--layers", "8-3", code=2).stderr)
+        self.assertIn("no layer from 90 to 99", firn("compare", *runs, "--layers", "90-99", code=2).stderr)
+        (self.folder / "s.toml").write_text('seeds = 1\n[[scheme]]\nname = "a"\n')
+        self.assertIn("study to print", firn("compare", self.folder / "s.toml", "--layers", "3-8", code=2).stderr)
+
     def test_what_cannot_be_compared_is_named(self):
         heights, drops = printed(3, 9, 8, 2e-4, 1, dense=True)
         run, _ = self.imported(self.write_table(heights, drops, 0, 1))
