@@ -119,6 +119,14 @@ BeadIdentification identify_beads(const std::vector<Bead>& beads) {
         100 * id.fit.speed_spread, 100 * kMinSpeedSpread, id.fit.reference_mm_s);
     return id;
   }
+  if (id.fit.law.a > id.fit.a_half_width) {
+    id.uninformative = fmt::format(
+        "wrong sign: its faster beads are higher, a = {:.2g} +- {:.2g}, although the same wire is drawn out "
+        "over "
+        "more length: what else changed with the speed, as feedback does, is taken for its effect",
+        id.fit.law.a, id.fit.a_half_width);
+    return id;
+  }
   if (id.fit.layers < 2 && id.fit.segments < 2) {
     id.uninformative = "one segment of one layer: nothing tells how sure a law would be";
     return id;

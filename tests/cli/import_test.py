@@ -342,6 +342,8 @@ class Import(unittest.TestCase):
         said = firn("identify", run, code=1)
         self.assertIn("no excitation: the speeds vary by 0.0", said.stderr)
         self.assertEqual(said.stdout, "")
+        run, _ = self.imported(self.table(bead_table(beads(3, a=0.3))), "--name", "wrong")
+        self.assertIn("wrong sign: its faster beads are higher, a = 0.3", firn("identify", run, code=1).stderr)
         run, _ = self.imported(self.table(bead_table(beads(4, a=0.0))), "--name", "none")
         found = json.loads(firn("identify", run, "--json").stdout)
         self.assertFalse(found["a"]["found"])
