@@ -129,8 +129,7 @@ TEST_CASE("Gravity currents follow Huppert's solutions") {
   };
   const FilmLaw law = exact_law(0.0, 1.0);
   CHECK(error_of(line, law, 100, true, 1.6, 1.0, 4.0) < 0.01);
-  CHECK(error_of(line, law, 200, true, 1.6, 1.0, 4.0) < 0.007);
-  CHECK(error_of(round, law, 60, false, 1.5, 1.0, 4.0) < 0.01);
+  CHECK(error_of(round, law, 40, false, 1.5, 1.0, 4.0) < 0.01);
   // A current of unit volume: its front by the volume of the solutions, x = 0.93107 t^(1/5), r = 0.89391
   // t^(1/8).
   const auto volume = [](const std::function<double(double)>& h, bool is_round) {
