@@ -28,7 +28,7 @@ std::string of_model(std::string_view name) { return "plant.model = \"" + std::s
 
 TEST_CASE("Every word of plant.model makes a world, and no other word does") {
   for (const plant::NatureName& n : plant::kNatureNames) {
-    const Experiment e = with_keys(of_model(n.name) + "grid.nx = 8\ngrid.ny = 8\n");
+    const Experiment e = with_keys(of_model(n.name));
     CHECK(plant::make_model(plant::world_config(e)) != nullptr);
   }
   CHECK_THAT(refusal_with(of_model("foam")), Catch::Contains("must be one of droplets, lu2015"));
