@@ -18,7 +18,7 @@ namespace {
 bool any_skipped = false, none_ran = false;
 
 struct CountTests : Catch::TestEventListenerBase {
-  using TestEventListenerBase::TestEventListenerBase;
+  using Catch::TestEventListenerBase::TestEventListenerBase;
   void testRunEnded(const Catch::TestRunStats& run) override { none_ran = run.totals.testCases.total() == 0; }
 };
 
