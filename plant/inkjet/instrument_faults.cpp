@@ -6,7 +6,7 @@
 
 namespace firn::plant {
 
-StagePlace true_place(const StageFaults& f, const GridSpec& grid, StagePlace said, double vx_mm_s) {
+TruePlace true_place(const StageFaults& f, const GridSpec& grid, TruePlace said, double vx_mm_s) {
   if (!f.any()) return said;
   const double turn = 2.0 * std::numbers::pi * said.x_mm / f.cyclic_period_mm;
   const double direction = vx_mm_s > 0.0 ? 1.0 : vx_mm_s < 0.0 ? -1.0 : 0.0;

@@ -9,14 +9,14 @@
 
 namespace firn::plant {
 
-struct StagePlace {
+struct TruePlace {
   double x_mm = 0.0, y_mm = 0.0;
 };
 
 /// Returns where the stage is when its encoders say (x, y) and x moves at vx:
 ///   x + stretch_x (x - x0) + cyclic sin(2 pi x / period) - backlash / 2 in the direction of motion, x0 the
 ///   grid's origin; y likewise with its stretch alone.
-StagePlace true_place(const StageFaults& faults, const GridSpec& grid, StagePlace said, double vx_mm_s);
+TruePlace true_place(const StageFaults& faults, const GridSpec& grid, TruePlace said, double vx_mm_s);
 
 /// What becomes of one trigger.
 struct NozzleShot {

@@ -65,7 +65,7 @@ class InkjetLab final : public WorldLab, private Wires {
   void pulse(int axis, std::int64_t t_us, const double position_mm[3],
              const double velocity_mm_s[3]) override {
     if (axis == 1) {
-      const StagePlace place =
+      const TruePlace place =
           true_place(config.stage_faults, config.grid, {position_mm[0], position_mm[1]}, velocity_mm_s[0]);
       return scan(t_us, place.x_mm, place.y_mm, position_mm[1]);
     }
@@ -111,7 +111,7 @@ class InkjetLab final : public WorldLab, private Wires {
     const bool b = ink == Material::kB;
     const NozzleShot leaves = nozzles_[b].fire(t_us, int(model_->layers().layer()) + 1, droplets);
     const int leave = (b ? jet_b_ : jet_)->nozzle_dead() ? 0 : leaves.droplets;
-    const StagePlace place = true_place(config.stage_faults, config.grid, {at.x_mm, at.y_mm}, at.vx_mm_s);
+    const TruePlace place = true_place(config.stage_faults, config.grid, {at.x_mm, at.y_mm}, at.vx_mm_s);
     Shot from = shot;
     from.x_mm += place.x_mm - at.x_mm + leaves.dx_mm;
     from.y_mm += place.y_mm - at.y_mm + leaves.dy_mm;
