@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <string>
@@ -23,6 +24,7 @@
 #include "print/bringup/far_instruments.h"
 #include "print/device/lab_experiment.h"
 #include "print/device/simulated_instruments.h"
+#include "print/inputs/driver_input.h"
 #include "print/interrupt.h"
 
 namespace firn {
@@ -84,7 +86,7 @@ int run_bringup(const Product& product, const BringupOptions& o) {
   BringupState state = read_bringup(file).value_or(BringupState{});
   if (state.configuration != configuration) state = {configuration, {}, {}};
 
-  const auto outside = outside_ports(e);
+  const auto outside = with_driver_files(outside_ports(e), e, std::filesystem::path(o.lab).parent_path());
   std::optional<SimulatedInstruments> world;
   if (!simulated_ports(e).empty()) world.emplace(e);
   const auto answers = answers_of(o.answers);

@@ -5,11 +5,13 @@
 #include <fmt/core.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/option_set.h"
+#include "config/device_kinds.h"
 #include "config/devices.h"
 #include "config/labs.h"
 #include "core/options/number.h"
@@ -27,6 +29,7 @@
 #include "print/device/simulated_instruments.h"
 #include "print/folder/taking_part.h"
 #include "print/hosts/at_host.h"
+#include "print/inputs/driver_input.h"
 #include "print/interrupt.h"
 
 namespace firn {
@@ -211,7 +214,10 @@ int run_device(const Product& product, const DeviceCommandOptions& o) {
   if (o.verb == "?") return tell_verbs(o);
   if (const std::string host = host_of(job.e, o.node); !host.empty() && !o.dry_run)
     return at_host(job.e, host, o);
-  const auto outside = outside_ports(job.e);
+  const auto outside =
+      with_driver_files(outside_ports(job.e), job.e, std::filesystem::path(o.lab).parent_path());
+  if (o.dry_run && is_python_driver(job.e, o.node))
+    throw UsageError("--dry-run: the class that drives " + o.node + " has no simulated instrument to answer it");
   std::optional<SimulatedInstruments> world;
   const bool simulated = !outside.contains(o.node);
   const auto address = [&] {

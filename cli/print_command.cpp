@@ -78,7 +78,8 @@ void check_bringup(const Product& product, const Experiment& e, const PrintOptio
   check_ports(e, options);
   const InterruptGuard guard;
   if (const std::string why =
-          identity_refusal(product, e, state.value_or(BringupState{}), options.bringup,
+          identity_refusal(product, e, std::filesystem::path(options.experiment).parent_path(),
+                           state.value_or(BringupState{}), options.bringup,
                            options.accept_bringup, [] { return InterruptGuard::raised(); });
       !why.empty())
     throw UsageError(why);

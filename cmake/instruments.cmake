@@ -18,8 +18,8 @@ firn_instrument(stage DRIVER controller_parameters.cpp ensemble.cpp pulse_output
 firn_instrument(jet DRIVER jetdrive.cpp jet.cpp jet_driver.cpp jet_kinds.cpp jet_service.cpp microdrop.cpp TWIN jet.cpp microdrop.cpp
                 TEST jet_test.cpp microdrop_test.cpp)
 firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_service.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
-firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp
-                TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp)
+firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp script_lamp.cpp
+                TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp script_lamp_test.cpp)
 firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_paths.cpp
                 TWIN arm_controller.cpp fvp.cpp robot.cpp robot_paths.cpp vplus_robot.cpp vplus/controller.cpp vplus/evaluator.cpp vplus/executor.cpp
                 vplus/expression_parser.cpp vplus/lexer.cpp vplus/machine.cpp

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <map>
 
+#include "config/device_kinds.h"
 #include "config/devices.h"
 #include "config/error.h"
 #include "config/hosts.h"
@@ -67,6 +68,28 @@ void check_devices(Rules& r) {
     r.require(e.run.time_scale == 1.0, {key.c_str(), "run.time_scale"},
               std::string(address.real() ? "a real instrument" : "a cassette") +
                   " keeps the clock's time: run.time_scale must be 1, and is " + r.value("run.time_scale"));
+  }
+}
+
+// Who speaks with an instrument, and whether its port suits that.
+void check_kinds(Rules& r) {
+  const Experiment& e = r.experiment();
+  for (const DevicePort& port : kDevicePorts) {
+    const std::string node(port.node), key = "devices." + node + ".kind", port_key = "devices." + node + ".port";
+    const std::string& at = e.devices.*port.member;
+    const bool python = is_python_driver(e, node);
+    r.require(at != "python:" || python, {port_key.c_str(), key.c_str()},
+              "\"python:\" is the port of a driver class in Python: " + key + " names none");
+    r.require(!python || at != "sim:" || !takes_part(e, node), {port_key.c_str(), key.c_str()},
+              "a driver class in Python speaks with an instrument or a fake of it, not with the simulated world: "
+              "name its tcp:, serial: or unix: port, or \"python:\" if the class opens it itself");
+  }
+  for (const auto& [node, jet] : {std::pair<std::string, const drivers::JetConfig*>{"jet", &e.jet},
+                                  {"jet_b", &e.jet_b.drive}}) {
+    const std::string& kind = device_kind(e, node);
+    const std::string key = "devices." + node + ".kind", maker = node + ".kind";
+    r.require(kind.empty() || is_python_driver(e, node) || kind == word(jet->kind), {key.c_str(), maker.c_str()},
+              "must be as " + maker + ", which is \"" + std::string(word(jet->kind)) + "\"");
   }
 }
 
@@ -401,6 +424,7 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
   check_run(rules);
   check_dialects(rules);
   check_devices(rules);
+  check_kinds(rules);
   check_hosts(rules);
   check_own_programs(rules);
   if (whole) check_coupled(rules);

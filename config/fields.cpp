@@ -1,7 +1,9 @@
 #include "config/fields.h"
 
 #include <algorithm>
+#include <stdexcept>
 
+#include "config/device_kinds.h"
 #include "config/field_rows.h"
 #include "config/labs.h"
 #include "core/control/controller.h"
@@ -327,6 +329,18 @@ Field only_if_given(Field f) {
   return f;
 }
 
+Limits kinds_of(std::string_view node) {
+  for (const DeviceKinds& kinds : kDeviceKinds) {
+    if (kinds.node != node) continue;
+    Limits limits = one_of({});
+    for (const std::string_view word : kinds.words)
+      if (!word.empty()) limits.choices.push_back(word);
+    limits.or_python = kinds.or_python;
+    return limits;
+  }
+  throw std::logic_error("config/device_kinds.h: no row for " + std::string(node));
+}
+
 Table device_fields(Experiment& e) {
   Table t;
   for (const DevicePort& port : kDevicePorts) {
@@ -342,6 +356,11 @@ Table device_fields(Experiment& e) {
          port.node == kDevicePorts[0].node
              ? "name in [hosts] of the computer that the instrument is at; empty: the launcher's"
              : "the same"}));
+    t.push_back(only_if_given({"devices." + node + ".kind", &e.devices.kind[node], "", kinds_of(node),
+                               node == kDevicePorts[0].node
+                                   ? "who speaks with the instrument: a kind of its class, or a driver class "
+                                     "in Python (docs/write-a-driver.md); empty: the first kind"
+                                   : "the same"}));
   }
   add(t, rows("devices.stage.dialect.", e.stage.dialect, drivers::kStageDialect));
   add(t, rows("devices.jet.dialect.", e.jet.dialect, drivers::kJetDialect));

@@ -146,6 +146,12 @@ PortAddress parse_port_address(std::string_view text, const PortDefaults& defaul
   if (colon != std::string_view::npos) {
     if (scheme == "sim" && rest.empty()) return {};
     if (scheme == "sim") refuse(text, "the simulated world's ports have no place: \"sim:\"");
+    if (scheme == "python") {
+      if (!rest.empty()) refuse(text, "the class stands in devices.NODE.kind: \"python:\"");
+      PortAddress a;
+      a.kind = PortAddress::Kind::kPython;
+      return a;
+    }
     if (scheme == "tcp") return tcp(text, rest, defaults);
     if (scheme == "serial") return serial(text, rest, defaults);
     if (scheme == "unix") {
@@ -167,7 +173,7 @@ PortAddress parse_port_address(std::string_view text, const PortDefaults& defaul
     }
   }
   refuse(text,
-         "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N, unix:PATH or cassette:FILE, or of a camera "
+         "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N, unix:PATH, cassette:FILE or python:, or of a camera "
          "v4l2:FILE or folder:PATH");
 }
 
@@ -198,6 +204,8 @@ std::string to_text(const PortAddress& a) {
       return "cassette:" + a.place;
     case PortAddress::Kind::kFolder:
       return "folder:" + a.place;
+    case PortAddress::Kind::kPython:
+      return "python:";
     case PortAddress::Kind::kV4l2: {
       std::string options;
       const auto add = [&](const std::string& option) { options += (options.empty() ? "?" : "&") + option; };

@@ -19,6 +19,7 @@
 #include "runtime/answering_node.h"
 #include "runtime/device_guard.h"
 #include "runtime/node.h"
+#include "runtime/python_port.h"
 
 namespace firn {
 
@@ -56,7 +57,12 @@ class DriverNode : public Node, public AnsweringNode {
       subscribe(channels::kServiceOrder, this);
   }
 
-  std::vector<std::string> ports() const override { return {std::string(info(id_).name)}; }
+  /// The instrument's; of a driver class in Python that speaks through it, then the class's own.
+  std::vector<std::string> ports() const override {
+    std::string name(info(id_).name);
+    if (!has_line()) return {std::move(name)};
+    return {name, python_port(name)};
+  }
   bool answered() const override { return driver_.answered(); }
   const std::string& last_not_understood() const override { return driver_.last_not_understood(); }
 
@@ -83,11 +89,18 @@ class DriverNode : public Node, public AnsweringNode {
     step(now, out, [&] { driver_.woke(now.us, fx_); });
   }
 
-  void on_io(PortId, std::span<const std::byte> bytes, Time now, Outbox& out) override {
+  void on_io(PortId port, std::span<const std::byte> bytes, Time now, Outbox& out) override {
+    if constexpr (kMayHaveLine)
+      if (port != main_port()) return step(now, out, [&] { driver_.line_received(bytes, now.us, fx_); });
     step(now, out, [&] { driver_.received(bytes, now.us, fx_); });
   }
 
-  void on_link(PortId, LinkState link, Time now, Outbox& out) override {
+  void on_link(PortId port, LinkState link, Time now, Outbox& out) override {
+    if constexpr (kMayHaveLine)
+      if (port != main_port())
+        return step(now, out, [&] {
+          link == LinkState::kOpen ? driver_.line_opened(now.us, fx_) : driver_.line_closed(now.us, fx_);
+        });
     step(now, out,
          [&] { link == LinkState::kOpen ? driver_.opened(now.us, fx_) : driver_.closed(now.us, fx_); });
   }
@@ -178,6 +191,13 @@ class DriverNode : public Node, public AnsweringNode {
 
  private:
   static constexpr TimerId kDriver{1}, kLease{2};
+  static constexpr bool kMayHaveLine = requires(Effects& fx) { fx.line_tx; };
+
+  bool has_line() const {
+    if constexpr (kMayHaveLine) return driver_.has_line();
+    return false;
+  }
+  PortId main_port() const { return PortId(has_line() ? 1 : 0); }
 
   answer_t blank_answer(std::int64_t command_id) const {
     answer_t a{};
@@ -197,11 +217,15 @@ class DriverNode : public Node, public AnsweringNode {
     for (auto& event : fx_.events)
       std::visit([&](auto& e) { state_sent = handle(e, now, out) || state_sent; }, event);
     if (stopped && !state_sent) send_state("stopped", out);
-    if (!fx_.tx.empty()) {
-      out.write(PortId{0}, fx_.tx);
-      if (in_progress_) ++writes_;
+    bool wrote = !fx_.tx.empty();
+    if constexpr (kMayHaveLine) {  // the instrument before the program
+      if (!fx_.line_tx.empty()) out.write(PortId{0}, fx_.line_tx);
+      wrote = wrote || !fx_.line_tx.empty();
+      if (fx_.reopen_line) out.reopen(PortId{0});
     }
-    if (fx_.reopen) out.reopen(PortId{0});
+    if (!fx_.tx.empty()) out.write(main_port(), fx_.tx);
+    if (wrote && in_progress_) ++writes_;
+    if (fx_.reopen) out.reopen(main_port());
     if (fx_.wake_us != 0 && (armed_us_ == 0 || fx_.wake_us < armed_us_)) {
       armed_us_ = fx_.wake_us;  // a later wake waits for the earlier one, which does no harm
       out.wake_at(kDriver, Time{armed_us_});

@@ -28,13 +28,18 @@ constexpr Row kRows[] = {
     {"valve_b", serial(115200)},
     {"laser_point", serial(115200)},
 };
-constexpr double kOther = 1e6;  // an instrument without a row
+constexpr double kOther = 1e6;    // an instrument without a row
+constexpr double kProgram = 1e9;  // a camera's pictures, written out
 
 }  // namespace
 
 PortRate port_rate(std::string_view port) {
   const auto row = std::ranges::find(kRows, port, &Row::port);
   return {row == std::end(kRows) ? kOther : row->bytes_per_s};
+}
+
+PortRate port_rate(std::string_view port, const PortAddress& address) {
+  return address.kind == PortAddress::Kind::kPython ? PortRate{kProgram} : port_rate(port);
 }
 
 RateMeter::RateMeter(PortRate rate)

@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "files/port_address.h"
+
 namespace firn {
 
 struct PortRate {
@@ -21,6 +23,9 @@ struct PortRate {
 /// Returns the rate of the instrument at a port: "stage", "jet_b", in node time. docs/safety.md has
 /// the table.
 PortRate port_rate(std::string_view port);
+/// The same; of the program of a driver class in Python, whose lines may be ten times as long as the bytes of
+/// its instrument, that of a program.
+PortRate port_rate(std::string_view port, const PortAddress& address);
 
 /// A bucket of bytes that fills at the rate and holds kHeld_s seconds of it, at least kLeastHeld_bytes: so
 /// much may have waited in the kernel while the process waited for its disk.

@@ -22,6 +22,7 @@ namespace firn {
 namespace {
 
 constexpr std::int64_t kConnectWithin_us = 2'000'000;
+constexpr std::int64_t kLookForEnd_us = 10'000;  // of the program that ran before
 constexpr int kKeepIdle_s = 1, kKeepEvery_s = 1, kKeepTries = 3, kUnacknowledged_ms = 3000;
 
 // A dead peer is noticed after some 3 s, with bytes under way or without.
@@ -63,12 +64,14 @@ PortWire::PortWire(PortWire&& other) noexcept
       trouble_(std::move(other.trouble_)),
       bridge_(std::move(other.bridge_)),
       deck_(std::move(other.deck_)),
-      played_(std::move(other.played_)) {}
+      played_(std::move(other.played_)),
+      child_(std::move(other.child_)) {}
 
 void PortWire::close() {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
   bridge_.reset();
+  child_.let_go(monotonic_us());
   state_ = State::kClosed;
   due_us_ = INT64_MAX;
 }
@@ -107,6 +110,9 @@ void PortWire::open(std::int64_t wall_us) {
     }
     case PortAddress::Kind::kCassette:
       return open_cassette(wall_us);
+    case PortAddress::Kind::kPython:
+      state_ = State::kConnecting;
+      return start_program(wall_us);
     case PortAddress::Kind::kV4l2:
     case PortAddress::Kind::kFolder:
       return open_pictures();
@@ -131,6 +137,16 @@ void PortWire::open_pictures() try {
   state_ = State::kOpen;
 } catch (const std::runtime_error& why) {
   failed(why.what());
+}
+
+// Two programs of one class never hold the instrument at a time.
+void PortWire::start_program(std::int64_t wall_us) {
+  due_us_ = wall_us + kLookForEnd_us;
+  if (!child_.ended(wall_us)) return;
+  std::string why;
+  fd_ = child_.start(address_.driver_files, why);
+  if (fd_ < 0) return failed(why);
+  state_ = State::kOpen;
 }
 
 void PortWire::open_cassette(std::int64_t wall_us) {
@@ -164,7 +180,11 @@ PortWire::Io PortWire::read_cassette(std::span<std::byte> to, std::size_t& count
 
 PortWire::State PortWire::settle(std::int64_t wall_us) {
   if (state_ != State::kConnecting) return state_;
-  if (address_.kind == PortAddress::Kind::kSerial) {
+  if (address_.kind == PortAddress::Kind::kPython) {
+    if (wall_us < due_us_) return state_;
+    start_program(wall_us);
+    if (state_ != State::kOpen) return state_;
+  } else if (address_.kind == PortAddress::Kind::kSerial) {
     if (wall_us < due_us_) return state_;
     state_ = State::kOpen;
   } else {

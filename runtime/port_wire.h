@@ -1,5 +1,5 @@
 // PortWire is one nonblocking connection to an instrument: TCP, a serial line, a Unix socket, a source of
-// pictures or a cassette.
+// pictures, a cassette or the program of a driver class in Python.
 #pragma once
 
 #include <sys/socket.h>
@@ -13,6 +13,7 @@
 #include "files/port_address.h"
 #include "runtime/camera/camera_bridge.h"
 #include "runtime/cassette_deck.h"
+#include "runtime/python_child.h"
 
 namespace firn {
 
@@ -54,6 +55,7 @@ class PortWire {
   void failed(const std::string& why);
   Io gone(const std::string& why);
   void open_pictures();
+  void start_program(std::int64_t wall_us);
   void open_cassette(std::int64_t wall_us);
   void wait_for_cassette();
   Io read_cassette(std::span<std::byte> to, std::size_t& count);
@@ -69,6 +71,7 @@ class PortWire {
   std::unique_ptr<camera::CameraBridge> bridge_;  // of a source of pictures, while it is open
   std::unique_ptr<CassetteDeck> deck_;  // of a cassette; fd_ is a timer that runs out when bytes come
   std::vector<std::byte> played_;       // come, and not read yet
+  PythonChild child_;
 };
 
 }  // namespace firn

@@ -24,6 +24,7 @@
 #include "runtime/port_rate.h"
 #include "runtime/ports.h"
 #include "runtime/process_args.h"
+#include "runtime/python_port.h"
 #include "runtime/transport.h"
 #include "runtime/wal_file.h"
 
@@ -76,14 +77,27 @@ class Runner {
     std::vector<PortAddress> addresses;
     for (const std::string& port : host_.ports()) {
       const auto real = options_.real_ports.find(port);
-      addresses.push_back(real != options_.real_ports.end() ? real->second
-                                                            : unix_port(run_.port_path(port).string()));
+      PortAddress address = real != options_.real_ports.end() ? real->second
+                            : port == python_port(name_)      ? parse_port_address("python:")
+                                                              : unix_port(run_.port_path(port).string());
+      if (address.kind == PortAddress::Kind::kPython) address.driver_files = driver_files();
+      addresses.push_back(std::move(address));
     }
     return addresses;
   }
+  /// The recorded modules of the node's driver class, not those that lie beside the lab file today.
+  std::vector<std::pair<std::string, std::string>> driver_files() const {
+    std::vector<std::pair<std::string, std::string>> files;
+    const std::string role = driver_role(name_);
+    for (const auto& [of, sha256] : options_.head.blobs)
+      if (of.starts_with(role)) files.emplace_back(of.substr(role.size()), run_.input_path(sha256).string());
+    return files;
+  }
   std::vector<PortRate> port_rates() const {
     std::vector<PortRate> rates;
-    for (const std::string& port : host_.ports()) rates.push_back(port_rate(port).at(options_.time_scale));
+    const std::vector<PortAddress> addresses = port_addresses();
+    for (const std::string& port : host_.ports())
+      rates.push_back(port_rate(port, addresses[rates.size()]).at(options_.time_scale));
     return rates;
   }
   void record_ports();
@@ -146,8 +160,9 @@ void Runner::record_ports() {
   } else {
     cassette_ << "# incarnation " << options_.incarnation << "\n";
   }
-  ports_.record([this](PortId, Cassette::Kind kind, std::span<const std::byte> bytes) {
-    cassette_ << cassette_line(kind, double(clock_.now().us) * 1e-3, bytes) << std::flush;
+  // Of a class in Python that speaks through the instrument's port, that port's bytes.
+  ports_.record([this](PortId port, Cassette::Kind kind, std::span<const std::byte> bytes) {
+    if (port == PortId{0}) cassette_ << cassette_line(kind, double(clock_.now().us) * 1e-3, bytes) << std::flush;
   });
 }
 

@@ -15,4 +15,6 @@ static_assert(kKinds.size() == kJetKindWords.size());
 
 const JetTraits& traits_of(JetKind kind) { return *kKinds[std::size_t(kind)]; }
 
+std::unique_ptr<JetDriver> make_jet(const JetOptions& config) { return traits_of(config.kind).make(config); }
+
 }  // namespace firn::drivers

@@ -17,7 +17,7 @@ constexpr std::int64_t kOverdueGrace_us = 500'000;
 using omnicure::Format;
 
 Lamp::Lamp(LampOptions config)
-    : Driver(dialect_),
+    : LampDriver(dialect_),
       config_(std::move(config)),
       silence_(std::int64_t(config_.poll_idle_s * 1e6), dialect_) {
   check_options("lamp", kLampConfig, config_);
@@ -45,21 +45,16 @@ void Lamp::finish(Outcome outcome, std::int32_t code, std::string text, Effects&
 }
 
 void Lamp::begin_exposure(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx) {
-  char why[120] = "";
+  std::string why = exposure_refusal(exposure_s, iris_percent, config_);
   std::int32_t code = kLimit;
   if (busy() || phase_ != Phase::kReady) {
-    std::snprintf(why, sizeof why, "the lamp is %s",
-                  busy() ? "busy with another command" : standing(state()));
+    why = std::string("the lamp is ") + (busy() ? "busy with another command" : standing(state()));
     code = kNoCode;
   } else if (!barred_.empty()) {
-    std::snprintf(why, sizeof why, "%s", barred_.c_str());
+    why = barred_;
     code = kLampOn;
-  } else if (!(exposure_s > 0.0 && exposure_s <= config_.max_on_s)) {
-    std::snprintf(why, sizeof why, "an exposure of %g s is outside (0, %g] s", exposure_s, config_.max_on_s);
-  } else if (iris_percent != kKeepIris && (iris_percent < 1 || iris_percent > 100)) {
-    std::snprintf(why, sizeof why, "an iris of %d %% is outside [1, 100] %%", iris_percent);
   }
-  if (why[0]) {
+  if (!why.empty()) {
     fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, why});
   } else {
     exposing_ = true;

@@ -8,34 +8,24 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/lamp/lamp_config.h"
+#include "drivers/lamp/lamp_driver.h"
 #include "drivers/lamp/omnicure.h"
-#include "drivers/link/driver.h"
 #include "drivers/link/silence.h"
 
 namespace firn::drivers {
 
-struct LampOptions : LampConfig {
-  bool instrument_timer = true;  ///< try STM, GTM, RUN first
-  double connect_every_s = 1.0;  ///< CONN is repeated until READY
-  double poll_idle_s = 5.0;
-  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
-};
-
-class Lamp final : public Driver {
+class Lamp final : public LampDriver {
  public:
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Lamp(LampOptions config);
 
-  /// Refused outside 0 < exposure_s <= max_on_s and 1 <= iris_percent <= 100.
-  void expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx) {
+  void expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx) override {
     begin_exposure(exposure_s, iris_percent, now_us, fx);
     pump(now_us, fx);
   }
-  /// Interlock 9: while `why` is not empty no exposure begins, and one that has begun ends at once.
-  void bar(std::string_view why, std::int64_t now_us, Effects& fx);
-  /// Shutter closed, then DCON: the panel is free again. For the end of a run.
-  void release(std::int64_t now_us, Effects& fx);
+  void bar(std::string_view why, std::int64_t now_us, Effects& fx) override;
+  /// Shutter closed, then DCON.
+  void release(std::int64_t now_us, Effects& fx) override;
 
   bool busy() const override { return exposing_; }
   bool may_be_open() const { return open_since_us_ != 0; }
@@ -81,7 +71,6 @@ class Lamp final : public Driver {
   void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
                Effects& fx) override;
 
-  static constexpr int kKeepIris = -1;
   void begin_exposure(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx);
   void close_shutter(std::int64_t now_us, Effects& fx);
   void prepare(Effects& fx);

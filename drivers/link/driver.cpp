@@ -41,6 +41,21 @@ void Driver::received(std::span<const std::byte> bytes, std::int64_t now_us, Eff
   pump(now_us, fx);
 }
 
+void Driver::line_opened(std::int64_t now_us, Effects& fx) {
+  line_is(true, now_us, fx);
+  pump(now_us, fx);
+}
+
+void Driver::line_closed(std::int64_t now_us, Effects& fx) {
+  line_is(false, now_us, fx);
+  pump(now_us, fx);
+}
+
+void Driver::line_received(std::span<const std::byte> bytes, std::int64_t now_us, Effects& fx) {
+  line_said(bytes, now_us, fx);
+  pump(now_us, fx);
+}
+
 void Driver::woke(std::int64_t now_us, Effects& fx) { pump(now_us, fx); }
 
 void Driver::safe_stop(std::int64_t now_us, Effects& fx) {

@@ -26,6 +26,12 @@ class Driver {
   void closed(std::int64_t now_us, Effects& fx);
   void received(std::span<const std::byte> bytes, std::int64_t now_us, Effects& fx);
   void woke(std::int64_t now_us, Effects& fx);
+  /// A driver whose protocol is spoken by a program has two ports: the calls above are of the program's, these
+  /// of the instrument's line.
+  virtual bool has_line() const { return false; }
+  void line_opened(std::int64_t now_us, Effects& fx);
+  void line_closed(std::int64_t now_us, Effects& fx);
+  void line_received(std::span<const std::byte> bytes, std::int64_t now_us, Effects& fx);
   /// Makes the instrument safe. Allowed in every state, as often as wanted; goes ahead of everything else.
   /// The state becomes kSafe when the instrument has confirmed it.
   void safe_stop(std::int64_t now_us, Effects& fx);
@@ -57,6 +63,8 @@ class Driver {
   /// No good reply came. The link recovers by itself; requests queued now are sent after that.
   virtual void failed(const Request& request, std::int64_t now_us, Effects& fx) = 0;
   virtual void unsolicited(std::span<const std::byte>, std::int64_t, Effects&) {}
+  virtual void line_is(bool /*open*/, std::int64_t, Effects&) {}
+  virtual void line_said(std::span<const std::byte>, std::int64_t, Effects&) {}
   virtual void lost(std::int64_t now_us, Effects& fx) = 0;  ///< the port is closed
   virtual void stop(std::int64_t now_us, Effects& fx) = 0;  ///< safe_stop of the device
   /// The link is idle. @returns true if something was queued.

@@ -113,6 +113,9 @@ struct Effects {
   std::vector<std::byte> tx;  ///< bytes for the instrument
   std::int64_t wake_us = 0;   ///< next wake wanted (absolute), 0 = none; an early wake does no harm
   bool reopen = false;        ///< close the port and open it again
+  // Of a driver with two ports (Driver::has_line): the instrument's own.
+  std::vector<std::byte> line_tx;
+  bool reopen_line = false;
   std::vector<DriverEvent> events;
 
   /// @tparam Of the driver that measured
@@ -123,6 +126,8 @@ struct Effects {
     tx.clear();
     wake_us = 0;
     reopen = false;
+    line_tx.clear();
+    reopen_line = false;
     events.clear();
   }
 };

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "config/assumptions.h"
+#include "config/device_kinds.h"
 #include "config/devices.h"
 #include "config/fields.h"
 #include "config/labs.h"
@@ -142,7 +143,10 @@ std::string bringup_configuration(const Experiment& experiment) {
     const std::string section = f.key.substr(0, f.key.find('.'));
     const bool dialect = std::ranges::any_of(
         names, [&](const std::string& node) { return f.section() == "devices." + node + ".dialect"; });
-    if (dialect || std::ranges::find(names, section) != names.end())
+    const bool kind = std::ranges::any_of(
+        names, [&](const std::string& node) { return f.key == "devices." + node + ".kind"; });
+    if (kind && device_kind(e, f.section().substr(std::string_view("devices.").size())).empty()) continue;
+    if (dialect || kind || std::ranges::find(names, section) != names.end())
       text += f.key + " = " + value_text(f) + "\n";
   }
   return sha256_hex(bytes_of(text));

@@ -3,6 +3,7 @@
 // and those that a person must look at.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -133,8 +134,10 @@ std::string closed_ports(const Experiment& experiment);
 
 /// Asks every real instrument who it is, all at once, and holds it against the bring-up's: another instrument
 /// at the same port, or one that does not say, is refused by name. Nothing moves.
+/// @param folder of the experiment file, for driver classes in Python
 /// @param accepted "all", or NODE:identity @returns why the print may not begin; empty: it may
-std::string identity_refusal(const Product& product, const Experiment& experiment, const BringupState& state,
+std::string identity_refusal(const Product& product, const Experiment& experiment,
+                             const std::filesystem::path& folder, const BringupState& state,
                              const std::string& file, const std::vector<std::string>& accepted,
                              const std::function<bool()>& interrupted);
 

@@ -62,7 +62,9 @@ class TriedPort {
 std::string closed_ports(const Experiment& experiment) {
   std::vector<TriedPort> tried;
   for (const auto& [node, address] : real_ports(experiment))
-    if (host_of(experiment, node).empty()) tried.emplace_back(node, address);
+    // A class in Python opens its own, and tells why not when it is asked.
+    if (host_of(experiment, node).empty() && address.kind != PortAddress::Kind::kPython)
+      tried.emplace_back(node, address);
   const std::int64_t until_us = monotonic_us() + kTryFor_us;
   const auto all_known = [&] {
     bool known = true;

@@ -8,6 +8,7 @@
 #include "print/bringup/far_instruments.h"
 #include "print/device/device_run.h"
 #include "print/hosts/at_host.h"
+#include "print/inputs/driver_input.h"
 
 namespace firn {
 namespace {
@@ -46,8 +47,8 @@ DeviceReport who_answers(const Product& product, const Experiment& e, const std:
 
 }  // namespace
 
-std::string identity_refusal(const Product& product, const Experiment& e, const BringupState& state,
-                             const std::string& file, const std::vector<std::string>& accepted,
+std::string identity_refusal(const Product& product, const Experiment& e, const std::filesystem::path& folder,
+                             const BringupState& state, const std::string& file, const std::vector<std::string>& accepted,
                              const std::function<bool()>& interrupted) {
   const auto accepts = [&](const std::string& what) {
     return std::ranges::any_of(accepted, [&](const std::string& a) { return a == "all" || a == what; });
@@ -57,7 +58,7 @@ std::string identity_refusal(const Product& product, const Experiment& e, const 
     std::future<DeviceReport> report;
   };
   std::vector<Asked> asked;
-  for (const auto& [node, address] : real_ports(e))
+  for (const auto& [node, address] : with_driver_files(real_ports(e), e, folder))
     if (!accepts(node + ":identity"))
       asked.push_back(
           {node, to_text(address),

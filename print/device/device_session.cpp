@@ -17,14 +17,28 @@ constexpr std::int64_t kRenewEvery_us = 50'000, kLongestWait_us = 50'000;
 constexpr double kSessionLease_s = 0.3, kStopWithin_s = 5.0;
 constexpr std::int64_t kRun = 1;
 
+/// The instrument's port, and behind it that of a driver class in Python that speaks through it.
+std::vector<PortAddress> addresses(const NodeHost& host, const PortAddress& address) {
+  if (host.ports().size() == 1) return {address};
+  PortAddress program = parse_port_address("python:");
+  program.driver_files = address.driver_files;
+  return {address, program};
+}
+
+std::vector<PortRate> rates(NodeId id, const std::vector<PortAddress>& of) {
+  std::vector<PortRate> all;
+  for (const PortAddress& address : of) all.push_back(port_rate(info(id).name, address));
+  return all;
+}
+
 }  // namespace
 
 DeviceSession::DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAddress& address, Sinks sinks)
     : answering_(dynamic_cast<const AnsweringNode*>(node.get())),
       host_(id, std::move(node), kRun, nullptr),
-      ports_({address},
+      ports_(addresses(host_, address),
              [this] { return host_.lease_refusal(now(), granted_ ? std::int64_t(0) : kEpoch + 1); },
-             {port_rate(info(id).name)}),
+             rates(id, addresses(host_, address))),
       sinks_(std::move(sinks)),
       began_us_(monotonic_us()) {
   Event start;
@@ -32,8 +46,8 @@ DeviceSession::DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAd
   start.now = now();
   step(start);
   if (sinks_.tape)
-    ports_.record([this](PortId, Cassette::Kind kind, std::span<const std::byte> bytes) {
-      sinks_.tape(cassette_line(kind, double(now().us) * 1e-3, bytes));
+    ports_.record([this](PortId port, Cassette::Kind kind, std::span<const std::byte> bytes) {
+      if (port == PortId{0}) sinks_.tape(cassette_line(kind, double(now().us) * 1e-3, bytes));
     });
   ports_.open_all(monotonic_us());
 }
@@ -127,7 +141,8 @@ void DeviceSession::turn() {
         step(e);
       },
       [this](PortId id, std::span<const std::byte> bytes) {
-        if (heard_us_ == 0) heard_us_ = monotonic_us();
+        // The program of a class in Python answers before its instrument does.
+        if (heard_us_ == 0 && id == PortId{0}) heard_us_ = monotonic_us();
         Event e;
         e.kind = EventKind::kIo;
         e.now = now();

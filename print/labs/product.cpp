@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "print/inputs/driver_input.h"
+
 namespace firn {
 
 const PrintLab& print_lab(const Product& product, const Experiment& e) {
@@ -13,7 +15,9 @@ const PrintLab& print_lab(const Product& product, const Experiment& e) {
 }
 
 Blobs make_inputs(const Product& product, const Experiment& e, const std::filesystem::path& folder) {
-  return print_lab(product, e).make_inputs(e, folder, product.meshes);
+  Blobs inputs = print_lab(product, e).make_inputs(e, folder, product.meshes);
+  add_driver_inputs(e, folder, inputs);
+  return inputs;
 }
 
 void complete_experiment(const Product& product, Experiment& e, const Blobs& inputs) {

@@ -26,14 +26,14 @@ std::unique_ptr<Node> make(NodeId id, const std::string& config_toml) {
 
 }  // namespace
 
-JetNode::JetNode(NodeId id, const Experiment& e) : DriverNode(id, jet_config(id, e)) {
+JetNode::JetNode(NodeId id, const Experiment& e) : DriverNode(id, drivers::make_jet(jet_config(id, e))) {
   subscribe(id == NodeId::kJetB ? channels::kJetBCommand : channels::kJetCommand, this);
 }
 
 void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
   const JetVerb verb = JetVerb(c.verb);
   perform(c, false, now, out, [&](drivers::SomeJet& some, std::int64_t now_us, drivers::Effects& fx) {
-    drivers::JetDriver& jet = some.jet();
+    drivers::JetDriver& jet = *some;
     switch (verb) {
       case JetVerb::kArm:
         return jet.arm(c.expected, now_us, fx);

@@ -1,17 +1,25 @@
 #include "procs/lamp/node.h"
 
+#include "config/device_kinds.h"
+#include "drivers/lamp/lamp.h"
+#include "drivers/lamp/script_lamp.h"
+
 namespace firn {
 namespace {
 
-drivers::LampOptions lamp_config(const Experiment& e) {
+using SomeLamp = drivers::Some<drivers::LampDriver>;
+
+std::unique_ptr<drivers::LampDriver> lamp_driver(const Experiment& e) {
   drivers::LampOptions c{e.lamp};
   c.host_latency_s = host_latency_s(e.run.time_scale);
-  return c;
+  if (is_python_driver(e, "lamp"))
+    return std::make_unique<drivers::ScriptLamp>(script_options(e, "lamp", c.host_latency_s), c);
+  return std::make_unique<drivers::Lamp>(c);
 }
 
 }  // namespace
 
-LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(e)) {
+LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_driver(e)) {
   subscribe(channels::kLampCommand, this);
   subscribe(channels::kRunEnd, this);
   subscribe(channels::device_state(NodeId::kStage), this);
@@ -19,18 +27,17 @@ LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(
 
 void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
-  using drivers::Lamp;
   commanded_us_ = c.header.utime_us;
   bar(now, out);
-  perform(c, false, now, out, [&](Lamp& lamp, std::int64_t now_us, Effects& fx) {
-    lamp.expose(c.exposure_s, c.iris_percent, now_us, fx);
+  perform(c, false, now, out, [&](SomeLamp& lamp, std::int64_t now_us, Effects& fx) {
+    lamp->expose(c.exposure_s, c.iris_percent, now_us, fx);
   });
 }
 
 void LampNode::on(const run_end_t& m, Time now, Outbox& out) {
   if (m.header.incarnation < incarnation()) return;  // a stop's, delivered only at the resume
   act(now, out,
-      [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) { lamp.release(now_us, fx); });
+      [&](SomeLamp& lamp, std::int64_t now_us, drivers::Effects& fx) { lamp->release(now_us, fx); });
 }
 
 void LampNode::on(const device_state_t& m, Time now, Outbox& out) {
@@ -44,8 +51,8 @@ void LampNode::on(const device_state_t& m, Time now, Outbox& out) {
 // before that has ended, though the state that told its end was lost.
 void LampNode::bar(Time now, Outbox& out) {
   const bool moves = moves_us_ != kRests && moves_us_ >= commanded_us_;
-  act(now, out, [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) {
-    lamp.bar(moves ? "the stage is not at the cure pose: it moves" : "", now_us, fx);
+  act(now, out, [&](SomeLamp& lamp, std::int64_t now_us, drivers::Effects& fx) {
+    lamp->bar(moves ? "the stage is not at the cure pose: it moves" : "", now_us, fx);
   });
 }
 

@@ -6,16 +6,17 @@
 #include <string>
 
 #include "config/experiment.h"
-#include "drivers/lamp/lamp.h"
+#include "drivers/lamp/lamp_driver.h"
+#include "drivers/link/some_driver.h"
 #include "firn/lamp_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "runtime/driver_node.h"
 
 namespace firn {
 
-/// Adapter of drivers/lamp: timed exposures, while the stage stands (interlock 9); at the end of the run the
+/// Adapter of drivers/lamp, of the kind that the settings name: timed exposures, while the stage stands (interlock 9); at the end of the run the
 /// node releases the panel.
-class LampNode final : public DriverNode<LampNode, drivers::Lamp, drivers::Effects> {
+class LampNode final : public DriverNode<LampNode, drivers::Some<drivers::LampDriver>, drivers::Effects> {
  public:
   explicit LampNode(const Experiment& experiment);
 

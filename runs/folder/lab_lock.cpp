@@ -84,6 +84,7 @@ LabLock::LabLock(const RunFolder& run, const Experiment& experiment, const std::
         take(shared_file(place.string()), "the instrument at " + place.string(), kEverybody);
     }
     for (const auto& [node, address] : real_ports(experiment)) {
+      if (address.kind == PortAddress::Kind::kPython) continue;  // only its class knows where it is
       const std::string place = address.kind == PortAddress::Kind::kTcp
                                     ? to_text(address)
                                     : fs::weakly_canonical(address.place).string();

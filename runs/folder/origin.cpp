@@ -74,6 +74,9 @@ std::string python_of(const std::string& config_toml, const std::string& node) {
     look("control.scheme", e.control.scheme, "controller");
     look("estimator.droplets", e.estimator.droplets, "droplet_estimator");
     look("plant.model", e.plant.model, "world");
+    // A replay feeds a driver what its class said: it runs no class, only a print that goes on does.
+    if (node.empty())
+      for (const auto& [of, kind] : e.devices.kind) look(("devices." + of + ".kind").c_str(), kind, "");
   } catch (const std::exception&) {  // whoever builds the node names it, and may read more than this
     if (config_toml.find("python:") != std::string::npos) found = "python:";
   }

@@ -529,18 +529,18 @@ TEST_CASE("another instrument at the same port is refused by its serial number, 
   REQUIRE(state);
   CHECK(state->identities.at("lamp") == "Excelitas OmniCure S2000 board 105 serial 20158");
   const Experiment e = load_lab_experiment(kInkjet, {port});
-  CHECK(identity_refusal(full_product(), e, *state, file, {}, {}).empty());
+  CHECK(identity_refusal(full_product(), e, {}, *state, file, {}, {}).empty());
   state->identities["lamp"] = "Excelitas OmniCure S2000 board 105 serial 20157";
-  CHECK_THAT(identity_refusal(full_product(), e, *state, file, {}, {}),
+  CHECK_THAT(identity_refusal(full_product(), e, {}, *state, file, {}, {}),
              Contains("another instrument is at " + at) && Contains("serial 20158' answers") &&
                  Contains("'Excelitas OmniCure S2000 board 105 serial 20157'") &&
                  Contains("--accept-bringup lamp:identity"));
-  CHECK(identity_refusal(full_product(), e, *state, file, {"lamp:identity"}, {}).empty());
-  CHECK(identity_refusal(full_product(), e, *state, file, {"all"}, {}).empty());
+  CHECK(identity_refusal(full_product(), e, {}, *state, file, {"lamp:identity"}, {}).empty());
+  CHECK(identity_refusal(full_product(), e, {}, *state, file, {"all"}, {}).empty());
   state->identities.clear();
-  CHECK_THAT(identity_refusal(full_product(), e, *state, file, {}, {}),
+  CHECK_THAT(identity_refusal(full_product(), e, {}, *state, file, {}, {}),
              Contains("it does not name the lamp"));
-  CHECK(identity_refusal(full_product(), load_lab_experiment(kInkjet, {}), *state, file, {}, {})
+  CHECK(identity_refusal(full_product(), load_lab_experiment(kInkjet, {}), {}, *state, file, {}, {})
             .empty());  // nothing is real
 
   state->identities["lamp"] = "Excelitas OmniCure S2000 board 105 serial 20157";
