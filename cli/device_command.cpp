@@ -217,7 +217,8 @@ int run_device(const Product& product, const DeviceCommandOptions& o) {
   const auto outside =
       with_driver_files(outside_ports(job.e), job.e, std::filesystem::path(o.lab).parent_path());
   if (o.dry_run && is_python_driver(job.e, o.node))
-    throw UsageError("--dry-run: the class that drives " + o.node + " has no simulated instrument to answer it");
+    throw UsageError("--dry-run: the class that drives " + o.node +
+                     " has no simulated instrument to answer it");
   std::optional<SimulatedInstruments> world;
   const bool simulated = !outside.contains(o.node);
   const auto address = [&] {

@@ -77,10 +77,9 @@ void check_bringup(const Product& product, const Experiment& e, const PrintOptio
     throw UsageError(why);
   check_ports(e, options);
   const InterruptGuard guard;
-  if (const std::string why =
-          identity_refusal(product, e, std::filesystem::path(options.experiment).parent_path(),
-                           state.value_or(BringupState{}), options.bringup,
-                           options.accept_bringup, [] { return InterruptGuard::raised(); });
+  if (const std::string why = identity_refusal(
+          product, e, std::filesystem::path(options.experiment).parent_path(), state.value_or(BringupState{}),
+          options.bringup, options.accept_bringup, [] { return InterruptGuard::raised(); });
       !why.empty())
     throw UsageError(why);
 } catch (const std::invalid_argument& damaged) {

@@ -75,20 +75,23 @@ void check_devices(Rules& r) {
 void check_kinds(Rules& r) {
   const Experiment& e = r.experiment();
   for (const DevicePort& port : kDevicePorts) {
-    const std::string node(port.node), key = "devices." + node + ".kind", port_key = "devices." + node + ".port";
+    const std::string node(port.node), key = "devices." + node + ".kind",
+                                       port_key = "devices." + node + ".port";
     const std::string& at = e.devices.*port.member;
     const bool python = is_python_driver(e, node);
     r.require(at != "python:" || python, {port_key.c_str(), key.c_str()},
               "\"python:\" is the port of a driver class in Python: " + key + " names none");
-    r.require(!python || at != "sim:" || !takes_part(e, node), {port_key.c_str(), key.c_str()},
-              "a driver class in Python speaks with an instrument or a fake of it, not with the simulated world: "
-              "name its tcp:, serial: or unix: port, or \"python:\" if the class opens it itself");
+    r.require(
+        !python || at != "sim:" || !takes_part(e, node), {port_key.c_str(), key.c_str()},
+        "a driver class in Python speaks with an instrument or a fake of it, not with the simulated world: "
+        "name its tcp:, serial: or unix: port, or \"python:\" if the class opens it itself");
   }
-  for (const auto& [node, jet] : {std::pair<std::string, const drivers::JetConfig*>{"jet", &e.jet},
-                                  {"jet_b", &e.jet_b.drive}}) {
+  for (const auto& [node, jet] :
+       {std::pair<std::string, const drivers::JetConfig*>{"jet", &e.jet}, {"jet_b", &e.jet_b.drive}}) {
     const std::string& kind = device_kind(e, node);
     const std::string key = "devices." + node + ".kind", maker = node + ".kind";
-    r.require(kind.empty() || is_python_driver(e, node) || kind == word(jet->kind), {key.c_str(), maker.c_str()},
+    r.require(kind.empty() || is_python_driver(e, node) || kind == word(jet->kind),
+              {key.c_str(), maker.c_str()},
               "must be as " + maker + ", which is \"" + std::string(word(jet->kind)) + "\"");
   }
 }

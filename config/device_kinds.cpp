@@ -14,6 +14,8 @@ bool is_python_driver(const Experiment& e, std::string_view node) {
   return control::is_python_scheme(device_kind(e, node));
 }
 
+bool has_grbl_stage(const Experiment& e) { return device_kind(e, "stage") == "grbl"; }
+
 bool has_own_port(const Experiment& e, std::string_view node) {
   for (const DevicePort& port : kDevicePorts)
     if (port.node == node) return is_python_driver(e, node) && e.devices.*port.member == "python:";
@@ -22,8 +24,8 @@ bool has_own_port(const Experiment& e, std::string_view node) {
 
 drivers::ScriptOptions script_options(const Experiment& e, std::string_view node, double host_latency_s) {
   const control::PythonScheme scheme = control::parse_python_scheme(device_kind(e, node));
-  return {std::string(node), scheme.file_name(), scheme.class_name, scheme.arguments, has_own_port(e, node),
-          host_latency_s};
+  return {std::string(node), scheme.file_name(),    scheme.class_name,
+          scheme.arguments,  has_own_port(e, node), host_latency_s};
 }
 
 }  // namespace firn

@@ -17,7 +17,7 @@ struct DeviceKinds {
   bool or_python;                         ///< or "python:FILE.py:CLASS"
 };
 inline constexpr DeviceKinds kDeviceKinds[] = {
-    {"stage", {"ensemble"}, true},
+    {"stage", {"ensemble", "grbl"}, true},
     {"jet", {"jetdrive", "microdrop"}, true},
     {"jet_b", {"jetdrive", "microdrop"}, true},
     {"laser_profiler", {"ljv"}, true},
@@ -34,13 +34,18 @@ inline constexpr DeviceKinds kDeviceKinds[] = {
 /// Returns devices.NODE.kind as it was given; empty: it was not.
 const std::string& device_kind(const Experiment& experiment, std::string_view node);
 
+/// Returns whether the stage is a GRBL board.
+bool has_grbl_stage(const Experiment& experiment);
+
 /// Returns whether the instrument is driven by a class in Python.
 bool is_python_driver(const Experiment& experiment, std::string_view node);
 
-/// Returns whether such a class reaches its instrument by itself (port "python:"), so that no bytes pass here.
+/// Returns whether such a class reaches its instrument by itself (port "python:"), so that no bytes pass
+/// here.
 bool has_own_port(const Experiment& experiment, std::string_view node);
 
 /// Returns the class that drives the instrument. @pre is_python_driver(experiment, node)
-drivers::ScriptOptions script_options(const Experiment& experiment, std::string_view node, double host_latency_s);
+drivers::ScriptOptions script_options(const Experiment& experiment, std::string_view node,
+                                      double host_latency_s);
 
 }  // namespace firn

@@ -190,7 +190,8 @@ struct DevicesConfig {  ///< port of each instrument: files/port_address.h; and 
   std::string stage = "sim:", jet = "sim:", jet_b = "sim:", laser_profiler = "sim:", lamp = "sim:";
   std::string robot = "sim:", valve_a = "sim:", valve_b = "sim:", laser_point = "sim:", heater = "sim:",
               camera = "sim:", gas = "sim:";
-  std::map<std::string, std::string> kind;  ///< by node (config/device_kinds.h); empty: the first of its class
+  std::map<std::string, std::string>
+      kind;  ///< by node (config/device_kinds.h); empty: the first of its class
 };
 struct DevicePort {
   std::string_view node;

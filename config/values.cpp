@@ -113,6 +113,7 @@ std::string limits_text(const Field& field) {
 }
 
 std::string broken_word(const Field& field, const std::string& word) {
+  if (field.only_if_given && word.empty()) return {};  // it was not given
   const std::string problem = broken_text(word, field.limits);
   return problem.ends_with("must be") ? problem + " " + limits_text(field) : problem;
 }

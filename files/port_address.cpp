@@ -172,9 +172,10 @@ PortAddress parse_port_address(std::string_view text, const PortDefaults& defaul
       return a;
     }
   }
-  refuse(text,
-         "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N, unix:PATH, cassette:FILE or python:, or of a camera "
-         "v4l2:FILE or folder:PATH");
+  refuse(
+      text,
+      "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N, unix:PATH, cassette:FILE or python:, or of a camera "
+      "v4l2:FILE or folder:PATH");
 }
 
 PortAddress unix_port(std::string path) {

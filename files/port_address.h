@@ -52,8 +52,8 @@ struct PortDefaults {
 
 /// Reads "sim:", "tcp:HOST[:PORT]", "serial:FILE[?baud=N&frame=8N1&dtr=on|off|keep&open_wait_ms=N]",
 /// "unix:PATH", "cassette:FILE" (files/cassette.h), and of cameras "v4l2:FILE[?size=WxH&format=F&delay_us=N]"
-/// or "folder:PATH"; "python:" is the instrument of a driver class in Python that opens it itself. An IPv6 host
-/// stands in brackets.
+/// or "folder:PATH"; "python:" is the instrument of a driver class in Python that opens it itself. An IPv6
+/// host stands in brackets.
 /// @throws std::invalid_argument naming the piece and its required form
 PortAddress parse_port_address(std::string_view text, const PortDefaults& defaults = {});
 

@@ -79,7 +79,11 @@ class DriverNode : public Node, public AnsweringNode {
     if constexpr (requires { driver_.resumed(); })
       if (start.resumed()) driver_.resumed();
     starting_ = start.resumed();
-    step(now, out, [&] { driver_.closed(now.us, fx_); });  // whatever the link was: the port is opened anew
+    step(now, out, [&] {  // whatever the links were: the ports are opened anew
+      driver_.closed(now.us, fx_);
+      if constexpr (kMayHaveLine)
+        if (driver_.has_line()) driver_.line_closed(now.us, fx_);
+    });
     starting_ = false;
   }
 
@@ -191,7 +195,7 @@ class DriverNode : public Node, public AnsweringNode {
 
  private:
   static constexpr TimerId kDriver{1}, kLease{2};
-  static constexpr bool kMayHaveLine = requires(Effects& fx) { fx.line_tx; };
+  static constexpr bool kMayHaveLine = requires(Effects & fx) { fx.line_tx; };
 
   bool has_line() const {
     if constexpr (kMayHaveLine) return driver_.has_line();

@@ -162,7 +162,8 @@ void Runner::record_ports() {
   }
   // Of a class in Python that speaks through the instrument's port, that port's bytes.
   ports_.record([this](PortId port, Cassette::Kind kind, std::span<const std::byte> bytes) {
-    if (port == PortId{0}) cassette_ << cassette_line(kind, double(clock_.now().us) * 1e-3, bytes) << std::flush;
+    if (port == PortId{0})
+      cassette_ << cassette_line(kind, double(clock_.now().us) * 1e-3, bytes) << std::flush;
   });
 }
 

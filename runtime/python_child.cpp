@@ -52,8 +52,8 @@ int PythonChild::start(const std::vector<std::pair<std::string, std::string>>& m
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&files, pair[1], kChannel);
-  // A session of its own: Ctrl-C is for Firn, which makes the instrument safe. Signals that a node ignores are
-  // Python's own again.
+  // A session of its own: Ctrl-C is for Firn, which makes the instrument safe. Signals that a node ignores
+  // are Python's own again.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t usual, none;

@@ -2,7 +2,8 @@
 // through one end of a socket.
 //
 // It is ended by closing that end: it then breaks off what it does, makes an instrument safe that it holds by
-// itself, and exits. Its kernel timer ends it when a method does not return; the next start kills what is left.
+// itself, and exits. Its kernel timer ends it when a method does not return; the next start kills what is
+// left.
 #pragma once
 
 #include <sys/types.h>
@@ -17,7 +18,8 @@ namespace firn {
 class PythonChild {
  public:
   PythonChild() = default;
-  PythonChild(PythonChild&& other) noexcept : pid_(std::exchange(other.pid_, -1)), kill_at_us_(other.kill_at_us_) {}
+  PythonChild(PythonChild&& other) noexcept
+      : pid_(std::exchange(other.pid_, -1)), kill_at_us_(other.kill_at_us_) {}
   PythonChild& operator=(PythonChild&&) = delete;
   ~PythonChild();
 

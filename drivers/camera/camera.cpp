@@ -11,30 +11,9 @@ std::string_view first_line(std::span<const std::byte> frame) {
   return text.substr(0, text.find('\n'));
 }
 
-std::string outside(const char* what, double value, double low, double high, const char* unit) {
-  if (value >= low && value <= high) return {};  // false for NaN
-  char text[120];
-  std::snprintf(text, sizeof text, "%s of %g %s is outside [%g, %g]", what, value, unit, low, high);
-  return text;
-}
-
-std::string refusal(const Sweep& s, bool pictures) {
-  if (pictures && (s.frames < 1 || s.frames > Camera::kMaxFrames))
-    return "a sweep of " + std::to_string(s.frames) + " pictures is outside [1, " +
-           std::to_string(Camera::kMaxFrames) + "]";
-  const double last_us = pictures ? s.delay_of(s.frames - 1) : s.delay_us;
-  for (const std::string& why :
-       {outside("a strobe delay", s.delay_us, 0.0, Camera::kMaxDelay_us, "us"),
-        outside("a strobe delay", last_us, 0.0, Camera::kMaxDelay_us, "us"),
-        outside("an exposure", s.exposure_us, 0.0, Camera::kMaxExposure_us, "us"),
-        outside("a gain", s.gain_db, -Camera::kMaxGain_db, Camera::kMaxGain_db, "dB")})
-    if (!why.empty()) return why;
-  return {};
-}
-
 }  // namespace
 
-Camera::Camera(CameraOptions config) : Driver(dialect_), config_(config) {
+Camera::Camera(CameraOptions config) : CameraDriver(dialect_), config_(config) {
   check_options("camera", kCameraConfig, config_);
   dialect_.allow_host_latency(config.host_latency_s);
 }
@@ -52,7 +31,7 @@ void Camera::begin(Op op, const Sweep& sweep, Effects& fx) {
   else if (phase_ != Phase::kReady)
     why = std::string("the camera is ") + standing(state());
   const bool ready = why.empty();
-  if (ready) why = refusal(sweep, op == Op::kSweep);
+  if (ready) why = refusal_of(sweep, op == Op::kSweep);
   if (!why.empty()) {
     fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, ready ? kLimit : kNoCode, std::move(why)});
     return;

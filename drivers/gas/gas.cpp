@@ -5,15 +5,11 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "core/options/enumerators.h"
-
 namespace firn::drivers {
 namespace {
 
-constexpr const char* kNames[] = {"atomizer", "sheath"};
-constexpr double kMinMeasured = 0.002;  // of the full scale: below it a flow is none
-constexpr double kExchanges = 4.0;      // that a host may be late with until a flow is seen to be there
-constexpr int kNamings = 3;             // of another gas, until it is no damage of the line
+constexpr double kExchanges = 4.0;  // that a host may be late with until a flow is seen to be there
+constexpr int kNamings = 3;         // of another gas, until it is no damage of the line
 
 void check_unit(const char* key, const std::string& unit) {
   if (unit.size() != 1 || unit[0] < 'A' || unit[0] > 'Z')
@@ -28,16 +24,7 @@ std::string shown(const char* format, double a, double b) {
 
 }  // namespace
 
-const char* name(GasFault fault) {
-  static constexpr const char* kFaults[] = {"well", "the flow is lost", "another set point than commanded",
-                                            "the pressure behind the nozzle is too high",
-                                            "its values are beyond its range, or its valve is held"};
-  static_assert(std::size(kFaults) == kTableSize<GasFault>);
-  return kFaults[int(fault)];
-}
-
-Gas::Gas(GasOptions config) : Driver(dialect_), config_(std::move(config)) {
-  check_options("gas", kGasConfig, config_);
+Gas::Gas(GasOptions config) : GasDriver(dialect_, std::move(config)) {
   check_options("gas", kGasDialect, config_.dialect, "dialect.");
   check_unit("atomizer_unit", config_.atomizer_unit);
   check_unit("sheath_unit", config_.sheath_unit);
@@ -70,16 +57,8 @@ void Gas::send_set_point(int n) {
 }
 
 void Gas::set(double atomizer_sccm, double sheath_sccm, std::int64_t now_us, Effects& fx) {
-  const std::array<double, 2> sccm{atomizer_sccm, sheath_sccm};
-  const std::array<double, 2> most{config_.atomizer_max_sccm, config_.sheath_max_sccm};
-  std::string why;
+  std::string why = refusal_of(atomizer_sccm, sheath_sccm);
   std::int32_t code = kGas;
-  for (std::size_t n = 0; n < 2; ++n)
-    if (!(sccm[n] >= 0.0 && sccm[n] <= most[n]))
-      why = std::string(kNames[n]) +
-            shown(": a set point of %g sccm is outside [0, %g] sccm", sccm[n], most[n]);
-  if (why.empty() && atomizer_sccm > 0.0 && !(sheath_sccm > 0.0))
-    why = shown("%g sccm of atomizer gas without a sheath's: the nozzle would clog", atomizer_sccm, 0.0);
   if (busy() || phase_ != Phase::kReady) {
     why = busy() ? "the gas is busy with another command"
                  : std::string("the gas is ") + drivers::standing(state());
@@ -89,7 +68,7 @@ void Gas::set(double atomizer_sccm, double sheath_sccm, std::int64_t now_us, Eff
     fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, why});
   } else {
     op_ = true;
-    wanted_sccm_ = sccm;
+    wanted_sccm_ = {atomizer_sccm, sheath_sccm};
     first_ = atomizer_sccm < flows_.set_sccm[kAtomizer] ? kAtomizer : kSheath;
     set_state(DeviceState::kActive, "flows change", fx);
     begin_step(Phase::kFirst, first_, now_us);
@@ -130,16 +109,6 @@ void Gas::stop(std::int64_t now_us, Effects& fx) {
   end_atomizer(now_us, fx);
 }
 
-bool Gas::there(int n) const {
-  const auto k = std::size_t(n);
-  return std::abs(flows_.sccm[k] - commanded_sccm_[k]) <= tolerance_sccm(n);
-}
-
-double Gas::tolerance_sccm(int n) const {
-  const double full = n == kAtomizer ? config_.atomizer_max_sccm : config_.sheath_max_sccm;
-  return std::max(config_.tolerance * commanded_sccm_[std::size_t(n)], kMinMeasured * full);
-}
-
 Figure Gas::settled_share(int n) const {
   const double wanted_sccm = wanted_sccm_[std::size_t(n)], sccm = flows_.sccm[std::size_t(n)];
   const double tolerance_share = (sccm < wanted_sccm ? -1.0 : 1.0) * tolerance_sccm(n) / wanted_sccm;
@@ -149,7 +118,7 @@ Figure Gas::settled_share(int n) const {
 void Gas::refused(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx) {
   const int n = index_of(request);
   flows_.fault[std::size_t(n)] = GasFault::kSetPoint;
-  const std::string text = std::string(kNames[n]) + ": " + why;
+  const std::string text = std::string(name_of(n)) + ": " + why;
   if (phase_ == Phase::kStopping || phase_ == Phase::kIdentifying) {
     fault(Severity::kStop, kGas, "gas: " + text + "; close its bottle", fx);
     return reconnect(now_us, fx, text);
@@ -166,7 +135,7 @@ void Gas::reply(const Request& request, std::span<const std::byte> frame, std::i
     if (request.tag == kSetTag)
       return refused(request, "it refuses '" + std::string(alicat::text_of(request.data())) + "'", now_us,
                      fx);
-    return reconnect(now_us, fx, std::string(kNames[n]) + " refuses a question");
+    return reconnect(now_us, fx, std::string(name_of(n)) + " refuses a question");
   }
   if (request.tag == kVersionTag) {
     std::string_view text = line.substr(1);
@@ -209,7 +178,8 @@ void Gas::take(int n, const alicat::Reading& r, std::int64_t now_us, Effects& fx
     flows_.fault[k] = GasFault::kCode;
     const bool flows = commanded_sccm_[kAtomizer] > 0.0;
     fault(flows ? Severity::kStop : Severity::kWarning, kGas,
-          std::string("gas: ") + kNames[k] + ": " + alicat::names_of(bad) + ": " + name(GasFault::kCode), fx);
+          std::string("gas: ") + name_of(n) + ": " + alicat::names_of(bad) + ": " + name(GasFault::kCode),
+          fx);
     if (flows && phase_ != Phase::kStopping) {
       finish(Outcome::kFailed, kGas, alicat::names_of(bad), fx);
       end_atomizer(now_us, fx);
@@ -219,7 +189,7 @@ void Gas::take(int n, const alicat::Reading& r, std::int64_t now_us, Effects& fx
   other_gas_[k] = r.gas == config_.gas ? 0 : other_gas_[k] + 1;
   if (other_gas_[k] == 0) return;
   if (other_gas_[k] < kNamings) return link_.push(alicat::poll_request(unit(n), kReadTag));
-  const std::string why = std::string(kNames[k]) + " is set to " + std::string(r.gas) + ", gas.gas is \"" +
+  const std::string why = std::string(name_of(n)) + " is set to " + std::string(r.gas) + ", gas.gas is \"" +
                           config_.gas + "\": select it at its panel";
   phase_ = Phase::kRefused;
   link_.clear_queue();
@@ -233,7 +203,7 @@ void Gas::judge(std::int64_t now_us, Effects& fx) {
   flows_.steady = there(kAtomizer) && there(kSheath) && phase_ == Phase::kReady;
   const auto stop_for = [&](GasFault what, int n, const std::string& text, const Figure& figure) {
     flows_.fault[std::size_t(n)] = what;
-    fault(Severity::kStop, kGas, std::string("gas: ") + kNames[n] + ": " + text, fx, figure);
+    fault(Severity::kStop, kGas, std::string("gas: ") + name_of(n) + ": " + text, fx, figure);
     finish(Outcome::kFailed, kGas, text, fx, figure);
     if (phase_ != Phase::kStopping) end_atomizer(now_us, fx);
   };
@@ -274,7 +244,7 @@ void Gas::failed(const Request& request, std::int64_t now_us, Effects& fx) {
     const Request first = alicat::version_request(unit(n), config_.dialect, kVersionTag);
     asked = "'" + std::string(alicat::text_of(first.data())) + "' and " + asked;
   }
-  const std::string why = std::string(kNames[n]) + ": unit " + std::string(1, char(request.argument)) +
+  const std::string why = std::string(name_of(n)) + ": unit " + std::string(1, char(request.argument)) +
                           " gives no good reply to " + asked + not_understood();
   fault(Severity::kWarning, kLinkLost, "gas: " + why, fx);
   reconnect(now_us, fx, why);
@@ -317,8 +287,8 @@ bool Gas::idle(std::int64_t now_us, Effects& fx) {
       }
       if (now_us < settle_until_us_) break;
       const std::string why =
-          std::string(kNames[n]) + shown(": %.3g of %.3g sccm flow after gas.settle_s",
-                                         flows_.sccm[std::size_t(n)], wanted_sccm_[std::size_t(n)]);
+          std::string(name_of(n)) + shown(": %.3g of %.3g sccm flow after gas.settle_s",
+                                          flows_.sccm[std::size_t(n)], wanted_sccm_[std::size_t(n)]);
       const Figure figure = settled_share(n);
       fault(Severity::kStop, kGas, "gas: " + why, fx, figure);
       finish(Outcome::kFailed, kGas, why, fx, figure);

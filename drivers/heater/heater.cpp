@@ -19,7 +19,8 @@ void Heater::finish(Outcome outcome, std::int32_t code, std::string text, Effect
 void Heater::push_set_points() {
   for (int c = 0; c < thermostat::kChannels; ++c) {
     const auto n = std::size_t(c);
-    const std::int32_t c100 = heats(n) ? std::int32_t(std::lround(set_celsius_[n] * 100.0)) : thermostat::kOff_c100;
+    const std::int32_t c100 =
+        heats(n) ? std::int32_t(std::lround(set_celsius_[n] * 100.0)) : thermostat::kOff_c100;
     link_.push(thermostat::set_request({c + 1, c100}, kSet));
   }
 }

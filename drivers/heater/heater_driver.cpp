@@ -56,7 +56,9 @@ TemperatureFault HeaterWatch::judge(double celsius, double set_celsius, bool hea
 }
 
 HeaterDriver::HeaterDriver(const Dialect& dialect, HeaterOptions config)
-    : Driver(dialect), config_(config), watch_{HeaterWatch(config), HeaterWatch(config), HeaterWatch(config)} {
+    : Driver(dialect),
+      config_(config),
+      watch_{HeaterWatch(config), HeaterWatch(config), HeaterWatch(config)} {
   check_options("heater", kHeaterConfig, config_);
   set_celsius_.fill(kHeaterOff_degC);
 }

@@ -1,5 +1,5 @@
-// HeaterDriver is the interface of all kinds of heaters: an end effector's three, or a platen's one. HeaterWatch
-// judges their readings (interlock 10).
+// HeaterDriver is the interface of all kinds of heaters: an end effector's three, or a platen's one.
+// HeaterWatch judges their readings (interlock 10).
 #pragma once
 
 #include <array>

@@ -35,7 +35,7 @@ bool answers_probe(const Dialect& dialect, std::string_view heard) {
 }
 
 JetDriver::JetDriver(const Dialect& dialect, JetKind kind, JetOptions config)
-    : Driver(dialect), config_(std::move(config)) {
+    : JetInterface(dialect), config_(std::move(config)) {
   config_.kind = kind;
   check_options("jet", kJetConfig, config_);
 }

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "drivers/jet/jet_config.h"
-#include "drivers/link/driver.h"
+#include "drivers/jet/jet_interface.h"
 
 namespace firn::drivers {
 
@@ -57,17 +57,12 @@ struct JetPulses {
 /// Why a jet with this configuration refuses them, with value and limit; "": it takes them.
 std::string refusal_of(const JetPulses& pulses, const JetConfig& config);
 
-class JetDriver : public Driver {
+class JetDriver : public JetInterface {
  public:
-  /// One droplet a pulse of the trigger input from now on; Result{kReady} when armed.
-  void arm(std::int64_t expected, std::int64_t now_us, Effects& fx);
-  /// No droplet from now on; Result{kDone} with counted = -1, and with until_us where a stop has disarmed the
-  /// jet before. Result{kUnknown} if the jet may have been disarmed at any time since arm(): its droplets are
-  /// in doubt.
-  void disarm(std::int64_t now_us, Effects& fx);
-  /// Droplets at the jet's own rate until disarm() or a stop, at most dialect.most_continuous_s:
-  /// Result{kReady} when they come. Refused by a kind that cannot.
-  virtual void jet(std::int64_t now_us, Effects& fx);
+  void arm(std::int64_t expected, std::int64_t now_us, Effects& fx) override;
+  void disarm(std::int64_t now_us, Effects& fx) override;
+  /// At most dialect.most_continuous_s.
+  void jet(std::int64_t now_us, Effects& fx) override;
   bool busy() const override { return op_ != Op::kNone; }
 
  protected:

@@ -4,11 +4,12 @@
 #include <memory>
 
 #include "drivers/jet/jet_driver.h"
+#include "drivers/jet/jet_interface.h"
 #include "drivers/link/some_driver.h"
 
 namespace firn::drivers {
 
-using SomeJet = Some<JetDriver>;
+using SomeJet = Some<JetInterface>;
 
 /// Returns a jet of the kind config.kind. @throws std::invalid_argument naming the setting and its range
 std::unique_ptr<JetDriver> make_jet(const JetOptions& config);

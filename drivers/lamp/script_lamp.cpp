@@ -25,7 +25,8 @@ void ScriptLamp::begin_exposure(double exposure_s, int iris_percent, std::int64_
   exposure_us_ = std::llround(exposure_s * 1e6);
   overdue_us_ = now_us + std::int64_t(config_.max_on_s * 1e6) + kScriptOverdueGrace_us;
   set_state(DeviceState::kActive, "exposing", fx);
-  call(kOn, "on", iris_percent == kKeepIris ? Values{} : Values{{"iris_percent", {double(iris_percent)}}}, now_us);
+  call(kOn, "on", iris_percent == kKeepIris ? Values{} : Values{{"iris_percent", {double(iris_percent)}}},
+       now_us);
 }
 
 void ScriptLamp::fail(const std::string& why, std::int64_t now_us, Effects& fx) {

@@ -1,5 +1,5 @@
-// ScriptLamp drives a UV lamp by a class in Python: on(iris_percent), off(), and if the class has it lit(), which
-// tells whether the lamp shines. The exposure is timed here, and interlock 9 is held here.
+// ScriptLamp drives a UV lamp by a class in Python: on(iris_percent), off(), and if the class has it lit(),
+// which tells whether the lamp shines. The exposure is timed here, and interlock 9 is held here.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,8 @@ class ScriptLamp final : public ScriptDriver<LampDriver> {
   void work_tick(std::int64_t now_us, Effects& fx) override;
   std::int64_t work_wake_us() const override { return waits() || ends_us_ == 0 ? overdue_us_ : ends_us_; }
   void program_lost(Effects&) override { ends_us_ = 0; }
-  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us, Effects& fx) override;
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
   void exposed(Effects& fx);
   void fail(const std::string& why, std::int64_t now_us, Effects& fx);
 

@@ -22,7 +22,7 @@ std::string padded(int value) {
 
 }  // namespace
 
-LaserPoint::LaserPoint(LaserPointOptions config) : Driver(dialect_), config_(std::move(config)) {
+LaserPoint::LaserPoint(LaserPointOptions config) : LaserPointDriver(dialect_), config_(std::move(config)) {
   check_options("laser_point", kLaserPointConfig, config_);
   check_options("laser_point", kLaserPointDialect, config_.dialect, "dialect.");
   dialect_.table = config_.dialect;

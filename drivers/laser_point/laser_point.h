@@ -9,41 +9,21 @@
 #include <string>
 #include <vector>
 
-#include "drivers/laser_point/laser_point_config.h"
+#include "drivers/laser_point/laser_point_driver.h"
 #include "drivers/laser_point/lkg.h"
-#include "drivers/link/driver.h"
 
 namespace firn::drivers {
 
-/// The values that the instrument stored, or one reading.
-struct Samples {
-  std::int32_t material = 0;
-  std::int32_t expected = 0;  ///< asked for; 1 = a single reading
-  std::int32_t damaged = 0;   ///< of the values, for a reason that the instrument does not give
-  double period_s = 0.0;
-  std::vector<float> z_mm;  ///< from the reference distance, up positive; NaN = no value
-};
-
-struct LaserPointOptions : LaserPointConfig {
-  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
-};
-
-class LaserPoint final : public Driver {
+class LaserPoint final : public LaserPointDriver {
  public:
-  using Measurements = std::tuple<Samples>;
   /// @throws std::invalid_argument naming the field: a sampling time or averaging that the instrument has
   /// not.
   explicit LaserPoint(LaserPointOptions config);
 
-  /// Settings of the material, if others are in force, then an empty storage that waits for the signal. Ready
-  /// when armed. Refused: more samples than the storage holds, a period that is no cycle of the sampling
-  /// time.
-  void arm(int material, int samples, double period_s, std::int64_t now_us, Effects& fx);
-  /// Ends the storage and reads it out: Samples, then Result{kDone} with counted = values. Also after a lost
-  /// link.
-  void collect(std::int64_t now_us, Effects& fx);
-  /// One reading now: Samples of one value, then Result{kDone}.
-  void reading(std::int64_t now_us, Effects& fx);
+  /// A period must be a cycle of the sampling time.
+  void arm(int material, int samples, double period_s, std::int64_t now_us, Effects& fx) override;
+  void collect(std::int64_t now_us, Effects& fx) override;
+  void reading(std::int64_t now_us, Effects& fx) override;
 
   bool busy() const override { return op_ != Op::kNone; }
   std::int64_t timing_values() const { return timing_values_; }  ///< `TG` lines, which came by themselves

@@ -11,7 +11,7 @@ constexpr std::uint32_t kMaxUnread = 1u << 20;  // more is a counter that ran ba
 }  // namespace
 
 LaserProfiler::LaserProfiler(LaserProfilerOptions config)
-    : Driver(dialect_), config_(config), silence_(std::int64_t(config.poll_idle_s * 1e6), dialect_) {
+    : ProfilerDriver(dialect_), config_(config), silence_(std::int64_t(config.poll_idle_s * 1e6), dialect_) {
   identity_ = "Keyence LJ-V7000";
   check_options("laser_profiler", kLaserProfilerConfig, config_);
   dialect_.allow_host_latency(config.host_latency_s);

@@ -9,45 +9,20 @@
 #include <string>
 #include <vector>
 
-#include "drivers/laser_profiler/laser_profiler_config.h"
 #include "drivers/laser_profiler/ljv.h"
-#include "drivers/link/driver.h"
+#include "drivers/laser_profiler/profiler_driver.h"
 #include "drivers/link/silence.h"
 
 namespace firn::drivers {
 
-/// One measured line of the surface: a row of the scan, in the part's frame.
-struct ProfileRow {
-  std::int32_t row = 0;  ///< 0-based row of the scan
-  double x0_mm = 0.0;
-  double dx_mm = 0.0;
-  std::uint32_t trigger_count = 0;
-  std::int32_t encoder_count = 0;
-  std::vector<float> z_mm;  ///< NaN = no valid sample
-};
-
-/// The end of a scan: all rows are there, or the scan was ended early.
-struct ScanDone {
-  std::int32_t rows_expected = 0;
-  std::int32_t rows_received = 0;
-};
-
-struct LaserProfilerOptions : LaserProfilerConfig {
-  double poll_idle_s = 1.0;
-  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
-};
-
-class LaserProfiler final : public Driver {
+class LaserProfiler final : public ProfilerDriver {
  public:
-  using Measurements = std::tuple<ProfileRow, ScanDone>;
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit LaserProfiler(LaserProfilerOptions config);
 
-  /// Reads the trigger count, then Result{kReady}; from then on ProfileRow events, row = triggers since then
-  /// - 1, and ScanDone when the last row is there.
-  void arm(int rows, std::int64_t now_us, Effects& fx);
-  /// Asks once more, then ScanDone (if it has not been sent) and Result{kDone}.
-  void end(std::int64_t now_us, Effects& fx);
+  /// Reads the trigger count first.
+  void arm(int rows, std::int64_t now_us, Effects& fx) override;
+  void end(std::int64_t now_us, Effects& fx) override;
 
   bool busy() const override { return op_ != Op::kNone; }
 

@@ -26,8 +26,8 @@ class Driver {
   void closed(std::int64_t now_us, Effects& fx);
   void received(std::span<const std::byte> bytes, std::int64_t now_us, Effects& fx);
   void woke(std::int64_t now_us, Effects& fx);
-  /// A driver whose protocol is spoken by a program has two ports: the calls above are of the program's, these
-  /// of the instrument's line.
+  /// A driver whose protocol is spoken by a program has two ports: the calls above are of the program's,
+  /// these of the instrument's line.
   virtual bool has_line() const { return false; }
   void line_opened(std::int64_t now_us, Effects& fx);
   void line_closed(std::int64_t now_us, Effects& fx);
@@ -42,8 +42,8 @@ class Driver {
 
   DeviceState state() const { return state_; }
   const std::string& identity() const { return identity_; }  ///< as the instrument gave it
-  /// A good reply has come since the port was opened.
-  bool answered() const { return answered_; }
+  /// A good reply of the instrument has come since the port was opened.
+  virtual bool answered() const { return answered_; }
   /// The last line that came for an answer and was none, shown; empty: none.
   const std::string& last_not_understood() const { return link_.not_understood(); }
   /// A command was accepted and its Result is still to come.

@@ -37,7 +37,7 @@ class Some {
   }
   void resumed() { driver_->resumed(); }
   void permit_reset() {
-    if constexpr (requires(Interface& driver) { driver.permit_reset(); }) driver_->permit_reset();
+    if constexpr (requires(Interface & driver) { driver.permit_reset(); }) driver_->permit_reset();
   }
   DeviceState state() const { return driver_->state(); }
   const std::string& identity() const { return driver_->identity(); }

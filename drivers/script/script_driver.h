@@ -1,12 +1,13 @@
-// ScriptDriver drives an instrument by a class in Python, which a program of its own runs: it starts the class,
-// calls its methods one at a time, watches how long each takes, and passes bytes between the class and the
-// instrument's port. What makes the instrument safe the class declares when it begins (safe_bytes): these bytes
-// are sent from here, ahead of the class, on a stop and whenever the class is slow, broken or gone.
+// ScriptDriver drives an instrument by a class in Python, which a program of its own runs: it starts the
+// class, calls its methods one at a time, watches how long each takes, and passes bytes between the class and
+// the instrument's port. What makes the instrument safe the class declares when it begins (safe_bytes): these
+// bytes are sent from here, ahead of the class, on a stop and whenever the class is slow, broken or gone.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -24,17 +25,25 @@ class ScriptDriver : public Base {
  public:
   bool has_line() const final { return !script_.own_port; }
   bool busy() const override { return op_; }
+  /// identify() has returned: that the program answers says nothing of its instrument.
+  bool answered() const final { return named_; }
 
  protected:
   using Line = script::Line;
   using Values = script::Values;
 
+  /// ending() of a command that a stop has ended.
+  static constexpr std::string_view kStopped = "safe stop";
   /// Tags of a driver's own calls begin here.
   static constexpr std::uint16_t kFirstTag = 16;
 
   /// @param needs names of the methods that the class must have, beside identify() and safe()
-  ScriptDriver(ScriptOptions options, std::vector<std::string_view> needs)
-      : Base(dialect_), script_(std::move(options)), needs_(std::move(needs)) {
+  /// @param config of the interface, behind its dialect
+  template <class... Config>
+  ScriptDriver(ScriptOptions options, std::vector<std::string_view> needs, Config&&... config)
+      : Base(dialect_, std::forward<Config>(config)...),
+        script_(std::move(options)),
+        needs_(std::move(needs)) {
     needs_.push_back("identify");
     needs_.push_back("safe");
     this->identity_ = script_.file + ":" + script_.class_name;
@@ -86,8 +95,12 @@ class ScriptDriver : public Base {
   std::int32_t ending_code() const { return ending_code_; }
 
   void call(std::uint16_t tag, std::string_view method, const Values& arguments, std::int64_t now_us) {
-    begin_call(method, now_us);
-    this->link_.push(dialect_.request(current_, script::call_line(current_, method, arguments), tag));
+    call_within(limit_s(method), tag, method, arguments, now_us);
+  }
+  /// The same of a method that may take as long as the order says, beyond its own time.
+  void call_for(double order_s, std::uint16_t tag, std::string_view method, const Values& arguments,
+                std::int64_t now_us) {
+    call_within(std::min(order_s + limit_s(method), kMostTime_s), tag, method, arguments, now_us);
   }
   /// The class has the method.
   bool has(std::string_view method) const { return declared_.contains("has_" + std::string(method)); }
@@ -102,9 +115,18 @@ class ScriptDriver : public Base {
     }
     if (phase_ == Phase::kStopping) return;
     phase_ = Phase::kStopping;
+    next_.reset();
     this->link_.clear_queue();
-    begin_call("safe", now_us);
-    this->link_.urgent(dialect_.request(current_, script::stop_line(current_), kStop), now_us, fx);
+    const double safe_s = limit_s("safe");
+    begin_call("safe", safe_s, now_us);
+    this->link_.urgent(dialect_.request(current_, script::stop_line(current_, safe_s), kStop), now_us, fx);
+  }
+  /// The class has returned something else than its contract says.
+  void wrong(std::string_view method, std::string_view why, std::int64_t now_us, Effects& fx) {
+    const std::string text = blame(method, why);
+    this->fault(Severity::kStop, kInstrument, text, fx);
+    send_safe_bytes(fx);
+    make_safe(text, kInstrument, now_us, fx);
   }
   /// "lamp: psu.py: Lamp.on: why"
   std::string blame(std::string_view method, std::string_view why) const {
@@ -129,15 +151,30 @@ class ScriptDriver : public Base {
   static constexpr int kMostNotes = 20;      // of one start
   static constexpr double kMostTime_s = 600.0;
 
-  void begin_call(std::string_view method, std::int64_t now_us) {
+  void begin_call(std::string_view method, double within_s, std::int64_t now_us) {
     ++current_;
     method_ = method;
     asked_us_ = now_us;
-    deadline_us_ = now_us + std::int64_t((limit_s(method) + script_.host_latency_s) * 1e6);
+    deadline_us_ = now_us + std::int64_t((within_s + script_.host_latency_s) * 1e6);
+  }
+  /// A call that runs, such as poll(), is waited for.
+  void call_within(double within_s, std::uint16_t tag, std::string_view method, const Values& arguments,
+                   std::int64_t now_us) {
+    if (waits()) {
+      next_ = Call{within_s, tag, std::string(method), arguments};
+      return;
+    }
+    begin_call(method, within_s, now_us);
+    this->link_.push(
+        dialect_.request(current_, script::call_line(current_, within_s, method, arguments), tag));
+  }
+  void call_next(std::int64_t now_us) {
+    if (!next_ || waits()) return;
+    const Call call = *std::exchange(next_, std::nullopt);
+    call_within(call.within_s, call.tag, call.method, call.arguments, now_us);
   }
 
   double limit_s(std::string_view method) const {
-    if (phase_ == Phase::kBeginning) return kImport_s;
     const auto own = declared_.find("time_" + std::string(method));
     return own != declared_.end() ? own->second.front() : declared("timeout_s");
   }
@@ -151,12 +188,20 @@ class ScriptDriver : public Base {
     phase_ = Phase::kBeginning;
     notes_ = 0;
     reason_.clear();
-    begin_call("begin", now_us);
+    begin_call("begin", kImport_s, now_us);
     this->link_.push(dialect_.request(
-        current_, script::begin_line(current_, script_.file, script_.class_name, script_.arguments, has_line(), needs_), kBegin));
+        current_,
+        script::begin_line(current_, script_.file, script_.class_name, script_.arguments, has_line(), needs_),
+        kBegin));
   }
 
-  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) final {
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) final {
+    take_reply(request, frame, now_us, fx);
+    call_next(now_us);
+  }
+  void take_reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+                  Effects& fx) {
     if (request.argument != current_) return;  // broken off by a stop
     deadline_us_ = 0;
     const std::optional<Line> line = script::parse_line(text_of(frame.first(frame.size() - 1)));
@@ -171,9 +216,9 @@ class ScriptDriver : public Base {
       case kConnect:
         return call(kIdentify, "identify", {}, now_us);
       case kIdentify:
-        if (line->text.empty())
-          return give_up(blame(method_, "it returns no text"), kLinkLost, now_us, fx);
+        if (line->text.empty()) return give_up(blame(method_, "it returns no text"), kLinkLost, now_us, fx);
         this->identity_ = line->text;
+        named_ = true;
         return make_safe({}, kNoCode, now_us, fx);
       case kStop:
         phase_ = Phase::kReady;
@@ -183,8 +228,8 @@ class ScriptDriver : public Base {
         this->set_state(DeviceState::kSafe, "safe() has returned", fx);
         became_safe(now_us, fx);
         if (op_)
-          finish(broken_off(ending_code_ == kCommandRejected ? Outcome::kNone : Outcome::kFailed, ending_code_,
-                            ending_),
+          finish(broken_off(ending_code_ == kCommandRejected ? Outcome::kNone : Outcome::kFailed,
+                            ending_code_, ending_),
                  fx);
         ending_.clear();
         ending_code_ = kNoCode;
@@ -235,7 +280,8 @@ class ScriptDriver : public Base {
       }
     }
     if (has_line() && !declared_.contains("safe_bytes"))
-      return "it declares no safe_bytes: without them nothing can be sent when the class itself is slow or gone "
+      return "it declares no safe_bytes: without them nothing can be sent when the class itself is slow or "
+             "gone "
              "(b\"\" if there is nothing to make safe)";
     return {};
   }
@@ -263,7 +309,8 @@ class ScriptDriver : public Base {
   /// A method that does not return: its program is ended at once, not after the pause of a new attempt.
   void hung(std::int64_t now_us, Effects& fx) {
     char text[80];
-    std::snprintf(text, sizeof text, "it has not returned within %g s", double(deadline_us_ - asked_us_) * 1e-6);
+    std::snprintf(text, sizeof text, "it has not returned within %g s",
+                  double(deadline_us_ - asked_us_) * 1e-6);
     give_up(blame(method_, text), kLinkLost, now_us, fx);
     fx.reopen = true;
   }
@@ -285,7 +332,9 @@ class ScriptDriver : public Base {
     this->fault(in_use ? Severity::kStop : Severity::kWarning, reason_code_, reason_, fx);
     finish(broken_off(acts_ ? Outcome::kUnknown : Outcome::kNone, reason_code_, reason_), fx);
     phase_ = Phase::kDown;
+    named_ = false;
     deadline_us_ = 0;
+    next_.reset();
     ending_.clear();
     program_lost(fx);
   }
@@ -294,7 +343,7 @@ class ScriptDriver : public Base {
   void stop(std::int64_t now_us, Effects& fx) final {
     if (phase_ == Phase::kStopping) return;
     send_safe_bytes(fx);
-    if (phase_ == Phase::kReady) make_safe(op_ ? "safe stop" : "", kNoCode, now_us, fx);
+    if (phase_ == Phase::kReady) make_safe(op_ ? std::string(kStopped) : std::string(), kNoCode, now_us, fx);
     // Else the instrument is made safe before it is ever called ready.
   }
 
@@ -325,7 +374,8 @@ class ScriptDriver : public Base {
     const std::optional<Line> line = script::parse_line(text_of(frame.first(frame.size() - 1)));
     if (!line) return give_up(blame(method_, "its line is damaged"), kLinkLost, now_us, fx);
     if (line->kind == Line::Kind::kNote) {
-      if (++notes_ <= kMostNotes) this->fault(Severity::kNotice, kNoCode, script_.node + ": " + line->text, fx);
+      if (++notes_ <= kMostNotes)
+        this->fault(Severity::kNotice, kNoCode, script_.node + ": " + line->text, fx);
     } else if (waits() && line->call == current_ && line_open_) {
       fx.line_tx.insert(fx.line_tx.end(), line->bytes.begin(), line->bytes.end());
     }  // else: of a call that a stop broke off
@@ -360,10 +410,18 @@ class ScriptDriver : public Base {
   std::vector<std::byte> safe_bytes_;
   Phase phase_ = Phase::kDown;
   bool line_open_ = false;
+  bool named_ = false;
   bool op_ = false;    // a command's Result is to come
   bool acts_ = false;  // something physical may go on
   std::string ending_;
   std::int32_t ending_code_ = kNoCode;
+  struct Call {
+    double within_s = 0.0;
+    std::uint16_t tag = 0;
+    std::string method;
+    Values arguments;
+  };
+  std::optional<Call> next_;
   // The call that runs, or ran last.
   std::int32_t current_ = 0;
   std::string method_;

@@ -162,8 +162,8 @@ std::optional<Line> parse_line(std::string_view line) {
   return std::nullopt;
 }
 
-std::string call_line(std::int32_t call, std::string_view method, const Values& arguments) {
-  std::string line = "call " + std::to_string(call) + " " + std::string(method);
+std::string call_line(std::int32_t call, double limit_s, std::string_view method, const Values& arguments) {
+  std::string line = "call " + std::to_string(call) + " " + number_text(limit_s) + " " + std::string(method);
   for (const auto& [name, values] : arguments) {
     line += " " + name + "=";
     for (std::size_t n = 0; n < values.size(); ++n) line += (n == 0 ? "" : ",") + number_text(values[n]);
@@ -173,13 +173,15 @@ std::string call_line(std::int32_t call, std::string_view method, const Values& 
 
 std::string begin_line(std::int32_t call, std::string_view file, std::string_view class_name,
                        std::string_view arguments, bool has_line, std::span<const std::string_view> methods) {
-  std::string line = "begin " + std::to_string(call) + " " + std::string(file) + " " + std::string(class_name) + " :" +
-                     encode_text(arguments) + (has_line ? " 1" : " 0");
+  std::string line = "begin " + std::to_string(call) + " " + std::string(file) + " " +
+                     std::string(class_name) + " :" + encode_text(arguments) + (has_line ? " 1" : " 0");
   for (const std::string_view method : methods) line += " " + std::string(method);
   return line + "\n";
 }
 
-std::string stop_line(std::int32_t call) { return "stop " + std::to_string(call) + "\n"; }
+std::string stop_line(std::int32_t call, double limit_s) {
+  return "stop " + std::to_string(call) + " " + number_text(limit_s) + "\n";
+}
 
 std::string line_line(bool open) { return open ? "line 1\n" : "line 0\n"; }
 
@@ -203,8 +205,7 @@ ScriptDialect::ScriptDialect() {
 Frame ScriptDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
   const std::string_view all = text_of(buffer);
   const std::size_t end = all.find('\n');
-  if (end == all.npos)
-    return all.size() > kLongestLine ? Frame{Frame::Kind::kCorrupt, all.size()} : Frame{};
+  if (end == all.npos) return all.size() > kLongestLine ? Frame{Frame::Kind::kCorrupt, all.size()} : Frame{};
   const std::size_t size = end + 1;
   const std::string_view line = all.substr(0, end);
   if (line.starts_with("write ") || line.starts_with("note ")) return {Frame::Kind::kUnsolicited, size};

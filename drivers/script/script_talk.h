@@ -1,11 +1,13 @@
-// ScriptTalk holds the conversation with a driver class in Python: lines of text over one port, to the program
-// that runs the class (runtime/python_child.h) and back. docs/write-a-driver.md describes the class.
+// ScriptTalk holds the conversation with a driver class in Python: lines of text over one port, to the
+// program that runs the class (runtime/python_child.h) and back. docs/write-a-driver.md describes the class.
 //
 //   to the program    begin N FILE CLASS :ARGUMENTS LINE METHOD...
 //                                                        imports the class; LINE 1: bytes pass through Firn
-//                     call N METHOD name=1,2 ...                 one method; "connect" constructs the object
-//                     stop N                                     breaks off the running call, then calls safe()
-//                     line 0|1    bytes 4f4b0a                   of the instrument's port
+//                     call N LIMIT METHOD name=1,2 ...           one method, within LIMIT s; "connect"
+//                     constructs
+//                                                                a name with a '*' before it is a list
+//                     stop N LIMIT                               breaks off the running call, then calls
+//                     safe() line 0|1    bytes 4f4b0a                   of the instrument's port
 //   from the program  done N :TEXT name=1,2 ...                  the call has returned
 //                     fail N KIND :TEXT                          it has raised
 //                     write N 4f4b0a                             bytes for the instrument, of call N
@@ -52,11 +54,11 @@ std::string encode_text(std::string_view text);
 /// Returns nothing for a text with a broken %XX.
 std::optional<std::string> decode_text(std::string_view text);
 
-/// Returns "call 7 on percent=80\n". Doubles are written so that they are read back exactly.
-std::string call_line(std::int32_t call, std::string_view method, const Values& arguments);
-std::string begin_line(std::int32_t call, std::string_view file, std::string_view class_name, std::string_view arguments, bool line,
-                       std::span<const std::string_view> methods);
-std::string stop_line(std::int32_t call);
+/// Returns "call 7 1.5 on percent=80\n". Doubles are written so that they are read back exactly.
+std::string call_line(std::int32_t call, double limit_s, std::string_view method, const Values& arguments);
+std::string begin_line(std::int32_t call, std::string_view file, std::string_view class_name,
+                       std::string_view arguments, bool line, std::span<const std::string_view> methods);
+std::string stop_line(std::int32_t call, double limit_s);
 std::string line_line(bool open);
 std::string bytes_line(std::span<const std::byte> bytes);
 

@@ -1,7 +1,5 @@
-// Stage controls an Aerotech Ensemble with position-synchronised output: raster passes that fire the jet,
-// scans that trigger the profiler, moves, homing. Frame: the nozzle is above part point (x, y) when the
-// feedback of X reads x and that of Y reads y [mm]; axes @0 = X, @1 = Y, @2 = Z. The pulse output of X fires
-// the jet, or switches the shutter; that of Y triggers the profiler.
+// Stage controls an Aerotech Ensemble with position-synchronised output; axes @0 = X, @1 = Y, @2 = Z. The
+// pulse output of X fires the jet, or switches the shutter; that of Y triggers the profiler.
 #pragma once
 
 #include <array>
@@ -10,29 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "drivers/link/driver.h"
 #include "drivers/stage/controller_parameters.h"
-#include "drivers/stage/ensemble.h"
 #include "drivers/stage/pulse_outputs.h"
-#include "drivers/stage/raster.h"
-#include "drivers/stage/stage_config.h"
+#include "drivers/stage/stage_driver.h"
 #include "drivers/stage/stage_tag.h"
-#include "drivers/stage/stage_way.h"
-#include "drivers/stage/way_readout.h"
 
 namespace firn::drivers {
-
-inline constexpr char kAxisNames[] = "XYZ";
-
-struct StageOptions : StageConfig {
-  ensemble::Table table{};
-  double raster_speed_mm_s = 50.0;
-  double move_speed_mm_s = 50.0;
-  double max_pulse_rate_hz = 2000.0;  ///< that the jet follows
-  double poll_end_s = 0.01;           ///< after the move should be over
-  double move_timeout_factor = 1.1;   ///< I5: a move takes longer than factor x plan + 0.5 s
-  double host_latency_s = 0.0;        ///< see Dialect::allow_host_latency
-};
 
 /// Where a raster pass stands. Its drops are numbered in firing order.
 struct PassProgress {
@@ -41,41 +22,33 @@ struct PassProgress {
   bool launched = false;    ///< its firing move was handed to the controller
 };
 
-class Stage final : public Driver {
+class Stage final : public StageDriver {
  public:
-  using Measurements = std::tuple<FollowedWay>;
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Stage(StageOptions config);
 
-  /// Commands. Each is accepted (a Result follows) or refused at once by a Result{kRefused}; out-of-range
-  /// values are refused, not clamped, naming axis, value and limit, before anything is sent. Speed 0 = the
-  /// configured one; the nozzle goes to z_mm first (NaN: it stays).
-  /// @param lead_mm every pulse comes so much earlier on its way
-  /// @param placement of the droplets in their cells @pre check(placement, pattern.spec) passes
   void run_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us,
-                Effects& fx, double lead_mm = 0.0, const Placement& placement = {}) {
+                Effects& fx, double lead_mm = 0.0, const Placement& placement = {}) override {
     begin_pass(pattern, pass, z_mm, speed_mm_s, lead_mm, placement, now_us, fx);
     pump(now_us, fx);
   }
-  /// `rows` trigger pulses at y_mm + k pitch_mm, k = 0 .. rows-1, in one steady move along +y at x_mm.
   void scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s,
-            std::int64_t now_us, Effects& fx) {
+            std::int64_t now_us, Effects& fx) override {
     begin_scan(x_mm, y_mm, z_mm, pitch_mm, rows, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
-  /// NaN leaves an axis where it is.
-  void move_to(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx) {
+  void move_to(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us,
+               Effects& fx) override {
     begin_move(x_mm, y_mm, z_mm, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
-  /// Follows a way with the shutter's switches by position; the shutter is closed before and after it. With
-  /// path_sample_s, the controller records its position along the way; the samples are read while it runs,
-  /// and a FollowedWay comes before the Result of a way that was begun.
-  void trace(StageWay way, double z_mm, std::int64_t now_us, Effects& fx) {
+  /// With path_sample_s, the controller records its position along the way; the samples are read while it
+  /// runs.
+  void trace(StageWay way, double z_mm, std::int64_t now_us, Effects& fx) override {
     begin_trace(std::move(way), z_mm, now_us, fx);
     pump(now_us, fx);
   }
-  void home(std::int64_t now_us, Effects& fx) {
+  void home(std::int64_t now_us, Effects& fx) override {
     begin_home(fx);
     pump(now_us, fx);
   }
@@ -127,7 +100,6 @@ class Stage final : public Driver {
 
   // Commands.
   bool accept(Op op, Effects& fx);
-  void refuse(std::int32_t code, std::string text, Effects& fx);
   void begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, double lead_mm,
                   const Placement& placement, std::int64_t now_us, Effects& fx);
   void begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s,
@@ -171,8 +143,6 @@ class Stage final : public Driver {
   void setup(std::string_view verb, int axis, std::string_view rest, Tag tag = kPlain);
   int pulse_axis() const { return op_ == Op::kScan ? 1 : 0; }
 
-  StageOptions config_;
-  std::array<AxisLimits, 3> limits_;
   ensemble::EnsembleDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;

@@ -93,6 +93,8 @@ struct StageConfig {
   OnOff check_parameters = OnOff::kOn;
   double path_sample_s = 0.01;
   double settle_s = 0.5;
+  OnOff laser_output = OnOff::kOff, scan_box = OnOff::kOff;
+  double lines_per_s = 150.0;
   StageDialect dialect = {};  ///< [devices.stage.dialect]
 };
 inline constexpr OptionTable kStageConfig{
@@ -135,6 +137,14 @@ inline constexpr OptionTable kStageConfig{
            "whole ms; 0: not recorded"},
     Option{"settle_s", &StageConfig::settle_s, "s", within(0, 60),
            "a path waits so long for the in-position bits of X and Y, then it is refused; 0: not at all"},
+    Option{"laser_output", &StageConfig::laser_output, "", Range{},
+           "grbl: on: the board's laser output triggers the jet; off: passes are refused [P]"},
+    Option{"scan_box", &StageConfig::scan_box, "", Range{},
+           "grbl: on: a box that counts the Y steps while the coolant output is on triggers the profiler at "
+           "each "
+           "pitch; off: scans are refused [P]"},
+    Option{"lines_per_s", &StageConfig::lines_per_s, "1/s", within(10, 2000),
+           "grbl: lines of G-code that the board takes; a droplet needs two [P]"},
 };
 
 }  // namespace firn::drivers

@@ -109,6 +109,11 @@ struct StageParams {
   double servo_damping = 0.7, servo_feed_forward = 1.0;
   double position_error_mm = 1.0;  ///< that the controller takes for a fault, along a path
   std::int64_t settle_us = 0;      ///< from the end of a move until it is in position
+  // Of a GRBL board.
+  std::string kind = "ensemble";  ///< the word of devices.stage.kind
+  int baud = 115200;
+  bool laser_output = false;  ///< its laser output is wired to the jet
+  double box_pitch_mm = 0.0;  ///< of the box that counts its Y steps; 0: there is none
 };
 struct JetParams {
   int baud = 9600;

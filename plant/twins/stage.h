@@ -13,6 +13,7 @@
 #include "plant/config/world_config.h"
 #include "plant/twins/motion.h"
 #include "plant/twins/path_follower.h"
+#include "plant/twins/stage_place.h"
 #include "plant/twins/twin.h"
 
 namespace firn::plant {
@@ -49,7 +50,7 @@ struct Pso {
 };
 
 /// The controller as its interpreter sees it.
-class StageDevice {
+class StageDevice final : public StagePlace {
  public:
   StageDevice(const StageParams& params, Wires& wires) : params_(params), wires_(wires) { power_on(); }
 
@@ -82,13 +83,13 @@ class StageDevice {
   void pso_off(int axis, std::int64_t now_us);
 
   // Questions
-  Vec3 position_mm(std::int64_t now_us) const;  ///< true
+  Vec3 position_mm(std::int64_t now_us) const override;
   Vec3 feedback_mm(std::int64_t now_us) const;  ///< as the encoders report it
-  double velocity_mm_s(int axis, std::int64_t now_us) const;
+  double velocity_mm_s(int axis, std::int64_t now_us) const override;
   std::uint32_t axis_status(int axis, std::int64_t now_us) const;
   std::uint32_t axis_fault(int axis) const { return faults_[axis]; }
   bool moving() const { return move_.has_value() || track_.has_value(); }
-  std::int64_t encoder_counts(int axis, double position_mm) const;
+  std::int64_t encoder_counts(int axis, double position_mm) const override;
   Pso& pso(int axis) { return pso_[axis]; }
   std::array<double, kIglobals>& iglobals() { return iglobals_; }
   std::vector<double>& dglobals() { return dglobals_; }
@@ -106,9 +107,9 @@ class StageDevice {
   void stick_encoder(bool on, std::int64_t now_us);  ///< X's position feedback stays as it is
   void refuse_enable(bool on) { refuses_enable_ = on; }
   void cross_encoder(bool on) { crossed_ = on; }
-  bool encoder_crossed() const { return crossed_; }  ///< the profiler's encoder input is on X, not on Y
-  void mute_pulses(bool on) { mute_ = on; }          ///< pulses are due and none is put out or counted
-  void jam_shutter(bool on) { jammed_ = on; }        ///< it stays as it is, whatever the output says
+  bool encoder_crossed() const override { return crossed_; }
+  void mute_pulses(bool on) { mute_ = on; }    ///< pulses are due and none is put out or counted
+  void jam_shutter(bool on) { jammed_ = on; }  ///< it stays as it is, whatever the output says
   bool shutter_jammed() const { return jammed_; }
   void power_on();
   void io(Archive& a);

@@ -6,6 +6,7 @@
 #include "plant/inkjet/sensor.h"
 #include "plant/inkjet/strobe_scene.h"
 #include "plant/twins/camera.h"
+#include "plant/twins/grbl.h"
 #include "plant/twins/jet.h"
 #include "plant/twins/lamp.h"
 #include "plant/twins/laser_profiler.h"
@@ -21,12 +22,28 @@ std::unique_ptr<JetTwin> make_jet(Port port, const JetParams& params, Wires& wir
   return std::make_unique<JetTwin>(port, params, wires);
 }
 
+struct StageParts {
+  std::unique_ptr<Twin> twin;
+  const StagePlace* place = nullptr;  ///< of the twin
+};
+
+StageParts make_stage(const StageParams& params, Wires& wires) {
+  if (params.kind == "grbl") {
+    auto twin = std::make_unique<GrblTwin>(params, wires);
+    const StagePlace* place = twin.get();
+    return {std::move(twin), place};
+  }
+  auto twin = std::make_unique<StageTwin>(params, wires);
+  const StagePlace* place = &twin->device();
+  return {std::move(twin), place};
+}
+
 class InkjetLab final : public WorldLab, private Wires {
  public:
   InkjetLab(const WorldConfig& c, WorldRecord* r)
       : WorldLab(c, r),
         model_(make_model(c)),
-        stage_(c.stage, *this),
+        stage_(make_stage(c.stage, *this)),
         jet_(make_jet(Port::kJet, c.jet, *this)),
         profiler_(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
         lamp_twin_(c.lamp, *this),
@@ -34,7 +51,7 @@ class InkjetLab final : public WorldLab, private Wires {
         camera_({}, [this](const Exposure& e) { return picture(e); }),
         nozzles_{NozzleFault(c.nozzle_faults), NozzleFault(c.nozzle_faults)},
         line_(std::size_t(c.profiler.points)) {
-    twins = {&stage_, jet_.get(), &profiler_, &lamp_twin_, jet_b_.get(), &camera_};
+    twins = {stage_.twin.get(), jet_.get(), &profiler_, &lamp_twin_, jet_b_.get(), &camera_};
   }
 
   std::uint32_t milestones() const override { return model_->layers().exposures(); }
@@ -84,11 +101,11 @@ class InkjetLab final : public WorldLab, private Wires {
   }
 
   void softtrigger(std::int64_t t_us, Port port, int droplets) override {
-    const Vec3 at = stage_.device().position_mm(t_us);
+    const Vec3 at = stage_.place->position_mm(t_us);
     const NearestCell below = nearest_cell(config.grid, at[0], at[1]);
     const JetTwin& by = port == Port::kJetB ? *jet_b_ : *jet_;
     if (by.jetting() && !config.grid.contains(below.i, below.j)) return;  // into the camera's tray
-    fire(t_us, {at[0], at[1], stage_.device().velocity_mm_s(0, t_us), stage_.device().velocity_mm_s(1, t_us)},
+    fire(t_us, {at[0], at[1], stage_.place->velocity_mm_s(0, t_us), stage_.place->velocity_mm_s(1, t_us)},
          port == Port::kJetB ? Material::kB : Material::kA, droplets);
   }
 
@@ -156,8 +173,8 @@ class InkjetLab final : public WorldLab, private Wires {
   /// @param said_y_mm by the stage's encoder
   void scan(std::int64_t t_us, double stage_x_mm, double stage_y_mm, double said_y_mm) {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
-    const bool crossed = stage_.device().encoder_crossed();
-    const auto encoder = std::int32_t(stage_.device().encoder_counts(1, crossed ? stage_x_mm : said_y_mm));
+    const bool crossed = stage_.place->encoder_crossed();
+    const auto encoder = std::int32_t(stage_.place->encoder_counts(1, crossed ? stage_x_mm : said_y_mm));
     model_->measured();
     const ProfilerParams& p = config.profiler;
     measure_profile(model_->surface(), config.sensor,
@@ -194,7 +211,7 @@ class InkjetLab final : public WorldLab, private Wires {
   void link_closed(std::int64_t t_us, Port port) override { note_closed(t_us, port); }
 
   std::unique_ptr<Model> model_;
-  StageTwin stage_;
+  StageParts stage_;
   std::unique_ptr<JetTwin> jet_;
   ProfilerTwin profiler_;
   LampTwin lamp_twin_;

@@ -1,10 +1,12 @@
 #include "plant/world/setup.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <numbers>
 #include <stdexcept>
 
+#include "config/device_kinds.h"
 #include "config/machine.h"
 #include "core/control/python_scheme.h"
 #include "core/grid/random.h"
@@ -201,6 +203,14 @@ WorldConfig world_config(const Experiment& e) {
   c.stage.high_limit_mm = {e.stage.x_max_mm, e.stage.y_max_mm, e.stage.z_max_mm};
   c.stage.max_speed_mm_s = e.stage.max_speed_mm_s;
   c.stage.terminal_needed = true;
+  if (has_grbl_stage(e)) {
+    c.stage.kind = "grbl";
+    c.stage.laser_output = on(e.stage.laser_output);
+    c.stage.box_pitch_mm = on(e.stage.scan_box)
+                               ? std::round(e.grid.pitch_y_mm * e.stage.counts_per_mm) / e.stage.counts_per_mm
+                               : 0.0;
+    c.stage.ramp_rate_mm_s2 = e.stage.acceleration_mm_s2;  // $120, which no host sets
+  }
   c.stage.abort_rate_mm_s2 = std::max(c.stage.abort_rate_mm_s2, e.stage.acceleration_mm_s2);
   set_up_jet(e.jet, c.jet);
   set_up_jet(e.jet_b.drive, c.jet_b);

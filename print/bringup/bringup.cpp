@@ -94,8 +94,15 @@ std::vector<PlannedRow> planned_rows(const Experiment& e) {
       for (const std::string& node : names)
         if ((node == row.node || (row.node == "valve_a" && node == "valve_b") ||
              (row.node == "jet" && node == "jet_b")) &&
+            !is_python_driver(e, node) && !(node == "stage" && has_grbl_stage(e)) &&
             (!row.wanted || row.wanted(e, node)))
           all.push_back({&row, node});
+  if (has_grbl_stage(e) && std::ranges::find(names, "stage") != names.end())
+    for (const BringupRow& row : grbl_rows())
+      if (!row.wanted || row.wanted(e, "stage")) all.push_back({&row, "stage"});
+  for (const BringupRow& row : python_rows())  // of the class, not of a maker's protocol
+    for (const std::string& node : names)
+      if (is_python_driver(e, node) && (!row.wanted || row.wanted(e, node))) all.push_back({&row, node});
   all.push_back({&kEmergencyStop, "all"});
   return all;
 }
@@ -125,7 +132,7 @@ BringupResult carry_out(const PlannedRow& planned, BringupLab& lab) {
     r.measured = f.measured;
     r.limit = f.limit;
     if (!f.ok) r.mend = f.mend;
-    if (row.id == 0 && f.ok) lab.drive(planned.node, "serial");
+    if (row.id == 0 && f.ok && !is_python_driver(lab.e, planned.node)) lab.drive(planned.node, "serial");
   } catch (const BringupStop& stop) {
     r.state = "failed";
     r.measured = stop.what();

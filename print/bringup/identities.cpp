@@ -48,7 +48,8 @@ DeviceReport who_answers(const Product& product, const Experiment& e, const std:
 }  // namespace
 
 std::string identity_refusal(const Product& product, const Experiment& e, const std::filesystem::path& folder,
-                             const BringupState& state, const std::string& file, const std::vector<std::string>& accepted,
+                             const BringupState& state, const std::string& file,
+                             const std::vector<std::string>& accepted,
                              const std::function<bool()>& interrupted) {
   const auto accepts = [&](const std::string& what) {
     return std::ranges::any_of(accepted, [&](const std::string& a) { return a == "all" || a == what; });

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "config/device_kinds.h"
 #include "core/options/number.h"
 #include "drivers/jet/jet_driver.h"
 #include "drivers/lamp/omnicure.h"
@@ -269,6 +270,11 @@ BringupFinding lamp_run(BringupLab& lab, const std::string& node) {
               : "switch it on and wait until it is warm: lamp.warm_up_s; STM, RUN unknown: instrument_timer"};
 }
 
+// These rows give the stage one pulse past its driver.
+bool pulses_of_an_ensemble(const Experiment& e, std::string_view) {
+  return !has_grbl_stage(e) && !is_python_driver(e, "stage");
+}
+
 constexpr BringupRow kInkjetRows[] = {
     {13, "jet", "GETVERSION answers 06, command, status, version, sum", "[devices.jet.dialect]",
      &version_reply, &is_jetdrive},
@@ -282,11 +288,12 @@ constexpr BringupRow kInkjetRows[] = {
     {17, "jet", "droplets stay stable up to jet.max_rate_hz: strobe", "jet.max_rate_hz"},
     {18, "jet", "the head bears the waveform's voltages", "jet.dwell_v, jet.echo_v"},
     {22, "laser_profiler", "42h answers at once", "get_newest_profile", &profile_in_time},
-    {20, "laser_profiler", "external trigger, encoder input on Y", "the head's program",
-     &trigger_and_encoder},
+    {20, "laser_profiler", "external trigger, encoder input on Y", "the head's program", &trigger_and_encoder,
+     &pulses_of_an_ensemble},
     {21, "laser_profiler", "encoder count is that at the trigger", "procs/laser_profiler/node.cpp",
-     &encoder_at_trigger},
-    {2, "laser_profiler", "the first pulse comes one distance after ARM", "plan_raster", &first_pulse},
+     &encoder_at_trigger, &pulses_of_an_ensemble},
+    {2, "laser_profiler", "the first pulse comes one distance after ARM", "plan_raster", &first_pulse,
+     &pulses_of_an_ensemble},
     {19, "laser_profiler", "points of a profile, their distance", "laser_profiler.points", &profile_shape},
     {47, "laser_profiler", "sign, side and unit of z by a gauge block", "laser_profiler.z_sign, mirror_x",
      &gauge},

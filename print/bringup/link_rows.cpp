@@ -1,29 +1,33 @@
 // The link row: who answers at a port, and the fault when it is not the instrument of the lab file.
 #include <algorithm>
 
+#include "config/device_kinds.h"
 #include "core/options/number.h"
 #include "drivers/gas/alicat.h"
 #include "drivers/jet/jet_driver.h"
 #include "drivers/lamp/omnicure.h"
+#include "drivers/stage/grbl.h"
 #include "print/bringup/bringup.h"
 
 namespace firn {
 namespace {
 
-constexpr double kAnswerWithin_s = 2.0, kOthersWithin_s = 0.5;
+constexpr double kAnswerWithin_s = 2.0;
 
 std::string request_text(const drivers::Request& r) { return std::string(r.text()); }
 
 struct Probe : drivers::LinkProbe {
-  std::string_view node;  ///< of port_defaults, or the word of a kind of jet
+  std::string_view node;  ///< of port_defaults, or the word of a kind of jet or stage
 };
+constexpr std::string_view kGrbl = "grbl";
 
 std::vector<Probe> probes_of(const Product& product) {
   using namespace drivers;
   std::vector<Probe> all;
   for (const NamedMaker& maker : product.nodes)
     if (maker.probe) all.push_back({maker.probe(), info(maker.id).name});
-  for (std::size_t n = kJetKindWords.size(); n-- > 0;) {  // last JetDrive: its monitor takes single letters
+  all.push_back({grbl::link_probe(), kGrbl});
+  for (std::size_t n = 0; n < kJetKindWords.size(); ++n) {
     const JetTraits& jet = traits_of(JetKind(n));
     for (const Request& question : jet.questions())
       all.push_back({{jet.instrument, request_text(question), jet.answers}, kJetKindWords[n]});
@@ -33,19 +37,28 @@ std::vector<Probe> probes_of(const Product& product) {
 
 std::string_view kind_of(const Experiment& e, std::string_view node) {
   if (const drivers::JetConfig* jet = jet_of(e, node)) return drivers::kJetKindWords[std::size_t(jet->kind)];
+  if (node == "stage" && has_grbl_stage(e)) return kGrbl;
   return node == "valve_b" ? "valve_a" : node;
 }
 
-bool is_kind_of_jet(std::string_view kind) {
-  return std::ranges::find(drivers::kJetKindWords, kind) != drivers::kJetKindWords.end();
+std::string other_instrument(const Probe& p, const std::string& node, const PortAddress& address) {
+  const auto is_jet = [](std::string_view kind) {
+    return std::ranges::find(drivers::kJetKindWords, kind) != drivers::kJetKindWords.end();
+  };
+  if (is_jet(p.node) && node.starts_with("jet"))
+    return "set " + node + ".kind = \"" + std::string(p.node) + "\"";
+  if (p.node == kGrbl && node == "stage") return "set devices.stage.kind = \"grbl\"";
+  return "exchange the addresses in [devices]: " + to_text(address) + " belongs to " +
+         (is_jet(p.node) ? "jet" : std::string(p.node));
 }
 
-std::string other_instrument(const Probe& p, const std::string& node, std::string_view kind,
-                             const PortAddress& address) {
-  const bool is_jet = is_kind_of_jet(p.node);
-  if (is_jet && is_kind_of_jet(kind)) return "set " + node + ".kind = \"" + std::string(p.node) + "\"";
-  const std::string_view owner = is_jet ? "jet" : p.node;
-  return "exchange the addresses in [devices]: " + to_text(address) + " belongs to " + std::string(owner);
+// A class in Python is asked as a print asks it: it alone knows its instrument's language.
+BringupFinding class_is_ready(BringupLab& lab, const std::string& node) {
+  const std::string& kind = device_kind(lab.e, node);
+  if (const std::string why = lab.drive(node, "serial"); !why.empty())
+    return {false, why, "identify() and safe() of " + kind + " return",
+            "power, cable and address; then what the exception names in its file"};
+  return {true, "'" + lab.identities[node] + "' answers " + kind, "identify() and safe() return"};
 }
 
 // The lamp burns and is warm, or an exposure will be refused.
@@ -83,39 +96,41 @@ const drivers::JetConfig* jet_of(const Experiment& e, std::string_view node) {
 }
 
 BringupFinding check_link(BringupLab& lab, const std::string& node) {
+  if (is_python_driver(lab.e, node)) return class_is_ready(lab, node);
   const PortAddress address = lab.address(node);
   RawLine line(address);
   if (!line.is_open())
     return {false, line.trouble().empty() ? "the port does not open" : line.trouble(), "an open port",
             "cable, power and address; ./firn doctor LAB looks at each port"};
   std::string all;
-  const auto answers = [&](const Probe& p, double within_s, const std::string& before = "") {
+  const std::string_view kind = kind_of(lab.e, node);
+  const std::vector<Probe> probes = probes_of(lab.product);
+  for (const Probe& p : probes) {
+    if (p.node != kind) continue;
     const std::string& unit = lab.e.gas.atomizer_unit;
     const std::string question = p.node == "gas" && !unit.empty()
                                      ? request_text(drivers::alicat::poll_request({unit[0], false}, 0))
                                      : p.question;
     const std::string heard = line.ask(
-        before + question, [&](std::string_view s) { return p.answers(s); }, within_s);
+        question, [&](std::string_view s) { return p.answers(s); }, kAnswerWithin_s);
     all += heard;
-    return p.answers(heard);
-  };
-  const std::string_view kind = kind_of(lab.e, node);
-  const std::vector<Probe> probes = probes_of(lab.product);
-  for (const Probe& p : probes) {
-    if (p.node != kind || !answers(p, kAnswerWithin_s)) continue;
+    if (!p.answers(heard)) continue;
     if (node == "lamp") return lamp_is_ready(line);
-    if (node == "stage") return stage_is_ready(line);
+    if (kind == "stage") return stage_is_ready(line);
     return {true, std::string(p.instrument) + " answers", "an answer"};
   }
-  // Another instrument has taken the questions before as the beginning of a line; a lamp passes over a line
-  // whose CRC is wrong.
+  // Nothing else is sent: a question of another maker's may move, fire or light what truly is there. What
+  // came may tell whose port it is.
   for (const Probe& p : probes)
-    if (p.node != kind && answers(p, kOthersWithin_s, p.node == "lamp" ? "\r" : ""))
+    if (p.node != kind && !all.empty() && p.answers(all))
       return {false, "this is the port of " + std::string(p.instrument), "the port of " + node,
-              other_instrument(p, node, kind, address)};
+              other_instrument(p, node, address)};
   if (all.empty())
-    return {false, "no byte comes", "an answer",
-            "power, cable, remote mode at its panel; then its speed (baud), address and terminators"};
+    return {
+        false, "no byte comes", "an answer",
+        "power, cable, remote mode at its panel; then its speed (baud), address and terminators; and whether "
+        "the addresses in [devices] are exchanged: " +
+            to_text(address) + " may belong to another instrument"};
   return {false, std::to_string(all.size()) + " bytes that are no answer: " + drivers::shown_line(all),
           "an answer",
           address.kind == PortAddress::Kind::kSerial

@@ -32,6 +32,11 @@ class Player {
       : cassette_(cassette), host_(maker.id, maker.make(config_of(cassette), {}), 1, nullptr) {}
 
   std::string run() {
+    if (host_.ports().size() > 1)
+      throw std::invalid_argument(
+          "the tape of a class in Python that speaks through Firn's port: it is played to the class by "
+          "devices." +
+          cassette_.node + ".port = \"cassette:FILE\"");
     Event start;
     start.kind = EventKind::kStart;
     start.now = now_;

@@ -36,9 +36,10 @@ std::vector<PortRate> rates(NodeId id, const std::vector<PortAddress>& of) {
 DeviceSession::DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAddress& address, Sinks sinks)
     : answering_(dynamic_cast<const AnsweringNode*>(node.get())),
       host_(id, std::move(node), kRun, nullptr),
-      ports_(addresses(host_, address),
-             [this] { return host_.lease_refusal(now(), granted_ ? std::int64_t(0) : kEpoch + 1); },
-             rates(id, addresses(host_, address))),
+      ports_(
+          addresses(host_, address),
+          [this] { return host_.lease_refusal(now(), granted_ ? std::int64_t(0) : kEpoch + 1); },
+          rates(id, addresses(host_, address))),
       sinks_(std::move(sinks)),
       began_us_(monotonic_us()) {
   Event start;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/device_kinds.h"
 #include "config/fields.h"
 #include "core/options/number.h"
 #include "files/run_paths.h"
@@ -26,7 +27,9 @@ SimulatedInstruments::SimulatedInstruments(const Experiment& experiment, bool qu
   if (!::mkdtemp(name.data())) throw std::runtime_error(name + ": cannot be made");
   folder_ = name;
   Experiment alone = experiment;
-  alone.devices = {};
+  alone.devices = {};  // all are at the simulated ports, as the kinds that have a twin
+  for (const auto& [node, kind] : experiment.devices.kind)
+    if (!is_python_driver(experiment, node)) alone.devices.kind[node] = kind;
   write_file_atomically(RunPaths(folder_).experiment_path(), dump(alone));
   const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path();
   const fs::path program = fs::exists(beside / "world") ? beside / "world" : beside / ".." / "bin" / "world";

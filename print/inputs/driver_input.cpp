@@ -69,7 +69,8 @@ std::vector<std::pair<std::string, std::string>> driver_modules(const Experiment
       for (const std::string& name : imported_by(line)) {
         const fs::path path = own.parent_path() / (name + ".py");
         std::error_code error;
-        const bool known = std::ranges::any_of(modules, [&](const auto& m) { return m.first == name + ".py"; });
+        const bool known =
+            std::ranges::any_of(modules, [&](const auto& m) { return m.first == name + ".py"; });
         if (!name.empty() && !known && fs::is_regular_file(path, error))
           modules.emplace_back(name + ".py", path.string());
       }

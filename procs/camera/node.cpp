@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include "config/device_kinds.h"
 #include "core/grid/png.h"
+#include "drivers/camera/camera.h"
+#include "drivers/camera/script_camera.h"
 #include "firn/camera_frame_t.hpp"
 #include "firn/camera_preview_t.hpp"
 
@@ -11,23 +14,28 @@ namespace {
 
 constexpr int kPreview_px = 200;
 
+std::unique_ptr<drivers::CameraDriver> camera_driver(const Experiment& e) {
+  const drivers::CameraOptions c{e.camera, host_latency_s(e.run.time_scale)};
+  if (is_python_driver(e, "camera"))
+    return std::make_unique<drivers::ScriptCamera>(script_options(e, "camera", c.host_latency_s), c);
+  return std::make_unique<drivers::Camera>(c);
+}
+
 }  // namespace
 
 CameraNode::CameraNode(const Experiment& e)
-    : DriverNode(NodeId::kCamera, drivers::CameraOptions{e.camera, host_latency_s(e.run.time_scale)}),
-      preview_s_(e.camera.preview_s) {
+    : DriverNode(NodeId::kCamera, camera_driver(e)), preview_s_(e.camera.preview_s) {
   subscribe(channels::kCameraCommand, this);
 }
 
 void CameraNode::on(const camera_command_t& c, Time now, Outbox& out) {
-  using drivers::Camera;
   using drivers::Effects;
   const bool pictures = CameraVerb(c.verb) == CameraVerb::kSweep;
   const drivers::Sweep wanted{c.frames, c.delay_us, c.step_us, c.exposure_us, c.gain_db};
-  perform(c, false, now, out, [&](Camera& camera, std::int64_t now_us, Effects& fx) {
-    if (!pictures) return camera.set_up(wanted, now_us, fx);
+  perform(c, false, now, out, [&](auto& camera, std::int64_t now_us, Effects& fx) {
+    if (!pictures) return camera->set_up(wanted, now_us, fx);
     sweep_ = c;
-    camera.sweep(wanted, now_us, fx);
+    camera->sweep(wanted, now_us, fx);
   });
 }
 

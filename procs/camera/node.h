@@ -6,7 +6,8 @@
 #include <string>
 
 #include "config/experiment.h"
-#include "drivers/camera/camera.h"
+#include "drivers/camera/camera_driver.h"
+#include "drivers/link/some_driver.h"
 #include "firn/camera_command_t.hpp"
 #include "runtime/driver_node.h"
 
@@ -15,7 +16,8 @@ namespace firn {
 /// Adapter of drivers/camera. A picture is sent as a PNG, which the run's log keeps; its time is that of the
 /// exposure: now less the age that the camera states. Previews are at most 200 px wide and camera.preview_s
 /// apart.
-class CameraNode final : public DriverNode<CameraNode, drivers::Camera, drivers::Effects> {
+class CameraNode final
+    : public DriverNode<CameraNode, drivers::Some<drivers::CameraDriver>, drivers::Effects> {
  public:
   explicit CameraNode(const Experiment& experiment);
 

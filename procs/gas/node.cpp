@@ -1,15 +1,28 @@
 #include "procs/gas/node.h"
 
-namespace firn {
+#include "config/device_kinds.h"
+#include "drivers/gas/gas.h"
+#include "drivers/gas/script_gas.h"
 
-GasNode::GasNode(const Experiment& e)
-    : DriverNode(NodeId::kGas, drivers::GasOptions{e.gas, host_latency_s(e.run.time_scale)}) {
+namespace firn {
+namespace {
+
+std::unique_ptr<drivers::GasDriver> gas_driver(const Experiment& e) {
+  const drivers::GasOptions c{e.gas, host_latency_s(e.run.time_scale)};
+  if (is_python_driver(e, "gas"))
+    return std::make_unique<drivers::ScriptGas>(script_options(e, "gas", c.host_latency_s), c);
+  return std::make_unique<drivers::Gas>(c);
+}
+
+}  // namespace
+
+GasNode::GasNode(const Experiment& e) : DriverNode(NodeId::kGas, gas_driver(e)) {
   subscribe(channels::kGasCommand, this);
 }
 
 void GasNode::on(const gas_command_t& c, Time now, Outbox& out) {
-  perform(c, false, now, out, [&](drivers::Gas& gas, std::int64_t now_us, drivers::Effects& fx) {
-    gas.set(c.atomizer_sccm, c.sheath_sccm, now_us, fx);
+  perform(c, false, now, out, [&](auto& gas, std::int64_t now_us, drivers::Effects& fx) {
+    gas->set(c.atomizer_sccm, c.sheath_sccm, now_us, fx);
   });
 }
 

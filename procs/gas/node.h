@@ -6,7 +6,8 @@
 #include <string>
 
 #include "config/experiment.h"
-#include "drivers/gas/gas.h"
+#include "drivers/gas/gas_driver.h"
+#include "drivers/link/some_driver.h"
 #include "firn/gas_command_t.hpp"
 #include "firn/gas_flow_t.hpp"
 #include "runtime/driver_node.h"
@@ -14,7 +15,7 @@
 namespace firn {
 
 /// Adapter of drivers/gas: receives set points, publishes a GAS_FLOW at every round of readings.
-class GasNode final : public DriverNode<GasNode, drivers::Gas, drivers::Effects> {
+class GasNode final : public DriverNode<GasNode, drivers::Some<drivers::GasDriver>, drivers::Effects> {
  public:
   explicit GasNode(const Experiment& experiment);
 

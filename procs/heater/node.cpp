@@ -2,24 +2,30 @@
 
 #include <algorithm>
 
+#include "config/device_kinds.h"
+#include "drivers/heater/heater.h"
+#include "drivers/heater/script_heater.h"
+
 namespace firn {
 namespace {
 
-drivers::HeaterOptions heater_config(const Experiment& e) {
+std::unique_ptr<drivers::HeaterDriver> heater_driver(const Experiment& e) {
   drivers::HeaterOptions c{e.heater};
   c.host_latency_s = host_latency_s(e.run.time_scale);
-  return c;
+  if (is_python_driver(e, "heater"))
+    return std::make_unique<drivers::ScriptHeater>(script_options(e, "heater", c.host_latency_s), c);
+  return std::make_unique<drivers::Heater>(c);
 }
 
 }  // namespace
 
-HeaterNode::HeaterNode(const Experiment& e) : DriverNode(NodeId::kHeater, heater_config(e)) {
+HeaterNode::HeaterNode(const Experiment& e) : DriverNode(NodeId::kHeater, heater_driver(e)) {
   subscribe(channels::kHeaterCommand, this);
 }
 
 void HeaterNode::on(const heater_command_t& c, Time now, Outbox& out) {
-  perform(c, false, now, out, [&](drivers::Heater& heater, std::int64_t now_us, drivers::Effects& fx) {
-    heater.set({c.set_degC[0], c.set_degC[1], c.set_degC[2]}, now_us, fx);
+  perform(c, false, now, out, [&](auto& heater, std::int64_t now_us, drivers::Effects& fx) {
+    heater->set({c.set_degC[0], c.set_degC[1], c.set_degC[2]}, now_us, fx);
   });
 }
 

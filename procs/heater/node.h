@@ -6,7 +6,8 @@
 #include <string>
 
 #include "config/experiment.h"
-#include "drivers/heater/heater.h"
+#include "drivers/heater/heater_driver.h"
+#include "drivers/link/some_driver.h"
 #include "firn/heater_command_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "runtime/driver_node.h"
@@ -14,7 +15,8 @@
 namespace firn {
 
 /// Adapter of drivers/heater: receives set points, publishes a TEMPERATURE at every reading.
-class HeaterNode final : public DriverNode<HeaterNode, drivers::Heater, drivers::Effects> {
+class HeaterNode final
+    : public DriverNode<HeaterNode, drivers::Some<drivers::HeaterDriver>, drivers::Effects> {
  public:
   explicit HeaterNode(const Experiment& experiment);
 

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <utility>
 
+#include "config/device_kinds.h"
+#include "drivers/jet/script_jet.h"
+
 namespace firn {
 namespace {
 
@@ -20,20 +23,27 @@ drivers::JetOptions jet_config(NodeId id, const Experiment& e) {
   return c;
 }
 
+std::unique_ptr<drivers::JetInterface> jet_driver(NodeId id, const Experiment& e) {
+  const std::string_view node = info(id).name;
+  if (is_python_driver(e, node))
+    return std::make_unique<drivers::ScriptJet>(script_options(e, node, host_latency_s(e.run.time_scale)));
+  return drivers::make_jet(jet_config(id, e));
+}
+
 std::unique_ptr<Node> make(NodeId id, const std::string& config_toml) {
   return std::make_unique<JetNode>(id, parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace
 
-JetNode::JetNode(NodeId id, const Experiment& e) : DriverNode(id, drivers::make_jet(jet_config(id, e))) {
+JetNode::JetNode(NodeId id, const Experiment& e) : DriverNode(id, jet_driver(id, e)) {
   subscribe(id == NodeId::kJetB ? channels::kJetBCommand : channels::kJetCommand, this);
 }
 
 void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
   const JetVerb verb = JetVerb(c.verb);
   perform(c, false, now, out, [&](drivers::SomeJet& some, std::int64_t now_us, drivers::Effects& fx) {
-    drivers::JetDriver& jet = *some;
+    drivers::JetInterface& jet = *some;
     switch (verb) {
       case JetVerb::kArm:
         return jet.arm(c.expected, now_us, fx);

@@ -14,8 +14,8 @@
 
 namespace firn {
 
-/// Adapter of drivers/lamp, of the kind that the settings name: timed exposures, while the stage stands (interlock 9); at the end of the run the
-/// node releases the panel.
+/// Adapter of drivers/lamp, of the kind that the settings name: timed exposures, while the stage stands
+/// (interlock 9); at the end of the run the node releases the panel.
 class LampNode final : public DriverNode<LampNode, drivers::Some<drivers::LampDriver>, drivers::Effects> {
  public:
   explicit LampNode(const Experiment& experiment);

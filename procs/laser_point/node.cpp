@@ -1,25 +1,36 @@
 #include "procs/laser_point/node.h"
 
-namespace firn {
+#include "config/device_kinds.h"
+#include "drivers/laser_point/laser_point.h"
+#include "drivers/laser_point/script_point.h"
 
-LaserPointNode::LaserPointNode(const Experiment& e)
-    : DriverNode(NodeId::kLaserPoint,
-                 drivers::LaserPointOptions{e.laser_point, host_latency_s(e.run.time_scale)}) {
+namespace firn {
+namespace {
+
+std::unique_ptr<drivers::LaserPointDriver> point_driver(const Experiment& e) {
+  const drivers::LaserPointOptions c{e.laser_point, host_latency_s(e.run.time_scale)};
+  if (is_python_driver(e, "laser_point"))
+    return std::make_unique<drivers::ScriptPoint>(script_options(e, "laser_point", c.host_latency_s), c);
+  return std::make_unique<drivers::LaserPoint>(c);
+}
+
+}  // namespace
+
+LaserPointNode::LaserPointNode(const Experiment& e) : DriverNode(NodeId::kLaserPoint, point_driver(e)) {
   subscribe(channels::kLaserCommand, this);
 }
 
 void LaserPointNode::on(const laser_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
-  using drivers::LaserPoint;
   const LaserVerb verb = LaserVerb(c.verb);
-  perform(c, false, now, out, [&](LaserPoint& laser, std::int64_t now_us, Effects& fx) {
-    if (verb == LaserVerb::kCollect) return laser.collect(now_us, fx);
+  perform(c, false, now, out, [&](auto& laser, std::int64_t now_us, Effects& fx) {
+    if (verb == LaserVerb::kCollect) return laser->collect(now_us, fx);
     if (verb == LaserVerb::kReading) {
       reading_ = c;
-      return laser.reading(now_us, fx);
+      return laser->reading(now_us, fx);
     }
-    laser.arm(c.material, c.samples, c.period_s, now_us, fx);
-    if (laser.busy()) armed_ = c;  // it was not refused
+    laser->arm(c.material, c.samples, c.period_s, now_us, fx);
+    if (laser->busy()) armed_ = c;  // it was not refused
   });
 }
 

@@ -6,7 +6,8 @@
 #include <string>
 
 #include "config/experiment.h"
-#include "drivers/laser_point/laser_point.h"
+#include "drivers/laser_point/laser_point_driver.h"
+#include "drivers/link/some_driver.h"
 #include "firn/laser_command_t.hpp"
 #include "firn/laser_samples_t.hpp"
 #include "runtime/driver_node.h"
@@ -15,7 +16,8 @@ namespace firn {
 
 /// Adapter of drivers/laser_point. LASER_SAMPLES of a collect carries the path of the command that armed the
 /// storage.
-class LaserPointNode final : public DriverNode<LaserPointNode, drivers::LaserPoint, drivers::Effects> {
+class LaserPointNode final
+    : public DriverNode<LaserPointNode, drivers::Some<drivers::LaserPointDriver>, drivers::Effects> {
  public:
   /// @throws std::invalid_argument: a sampling time or averaging that the instrument lacks
   explicit LaserPointNode(const Experiment& experiment);

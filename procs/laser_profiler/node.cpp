@@ -2,21 +2,27 @@
 
 #include <algorithm>
 
+#include "config/device_kinds.h"
+#include "drivers/laser_profiler/laser_profiler.h"
+#include "drivers/laser_profiler/script_profiler.h"
 #include "firn/scan_done_t.hpp"
 
 namespace firn {
 namespace {
 
-drivers::LaserProfilerOptions profiler_config(const Experiment& e) {
+std::unique_ptr<drivers::ProfilerDriver> profiler_driver(const Experiment& e) {
   drivers::LaserProfilerOptions c{e.laser_profiler};
   c.host_latency_s = host_latency_s(e.run.time_scale);
-  return c;
+  if (is_python_driver(e, "laser_profiler"))
+    return std::make_unique<drivers::ScriptProfiler>(script_options(e, "laser_profiler", c.host_latency_s), c,
+                                                     e.stage.counts_per_mm);
+  return std::make_unique<drivers::LaserProfiler>(c);
 }
 
 }  // namespace
 
 LaserProfilerNode::LaserProfilerNode(const Experiment& e)
-    : DriverNode(NodeId::kLaserProfiler, profiler_config(e)),
+    : DriverNode(NodeId::kLaserProfiler, profiler_driver(e)),
       counts_per_mm_(e.stage.counts_per_mm),
       offset_y_mm_(e.laser_profiler.offset_y_mm) {
   subscribe(channels::kProfilerCommand, this);
@@ -24,15 +30,14 @@ LaserProfilerNode::LaserProfilerNode(const Experiment& e)
 
 void LaserProfilerNode::on(const profiler_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
-  using drivers::LaserProfiler;
   const ProfilerVerb verb = ProfilerVerb(c.verb);
-  perform(c, false, now, out, [&](LaserProfiler& profiler, std::int64_t now_us, Effects& fx) {
+  perform(c, false, now, out, [&](auto& profiler, std::int64_t now_us, Effects& fx) {
     if (verb == ProfilerVerb::kArm) {
       if (c.first_row == 0) rows_received_ = 0;
       scan_ = c;
-      profiler.arm(c.rows, now_us, fx);
+      profiler->arm(c.rows, now_us, fx);
     } else {
-      profiler.end(now_us, fx);
+      profiler->end(now_us, fx);
     }
   });
 }

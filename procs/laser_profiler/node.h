@@ -6,7 +6,8 @@
 #include <string>
 
 #include "config/experiment.h"
-#include "drivers/laser_profiler/laser_profiler.h"
+#include "drivers/laser_profiler/profiler_driver.h"
+#include "drivers/link/some_driver.h"
 #include "firn/height_profile_t.hpp"
 #include "firn/profiler_command_t.hpp"
 #include "runtime/driver_node.h"
@@ -17,7 +18,7 @@ namespace firn {
 /// in the reply) plus the offset of the laser line from the nozzle; its x is shifted with the stage's. The
 /// swaths of a scan have one numbering of rows and one SCAN_DONE.
 class LaserProfilerNode final
-    : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects> {
+    : public DriverNode<LaserProfilerNode, drivers::Some<drivers::ProfilerDriver>, drivers::Effects> {
  public:
   explicit LaserProfilerNode(const Experiment& experiment);
 

@@ -2,8 +2,12 @@
 
 #include <utility>
 
+#include "config/device_kinds.h"
 #include "config/labs.h"
 #include "config/nozzles.h"
+#include "drivers/stage/grbl_stage.h"
+#include "drivers/stage/script_stage.h"
+#include "drivers/stage/stage.h"
 #include "firn/followed_path_t.hpp"
 #include "lcmtypes/convert.h"
 
@@ -19,6 +23,14 @@ drivers::StageOptions stage_config(const Experiment& e) {
   return c;
 }
 
+std::unique_ptr<drivers::StageDriver> stage_driver(const Experiment& e) {
+  const drivers::StageOptions c = stage_config(e);
+  if (is_python_driver(e, "stage"))
+    return std::make_unique<drivers::ScriptStage>(script_options(e, "stage", c.host_latency_s), c);
+  if (has_grbl_stage(e)) return std::make_unique<drivers::GrblStage>(c);
+  return std::make_unique<drivers::Stage>(c);
+}
+
 // The way of a plan; the shutter's switches as the plan has them.
 drivers::StageWay way_of(const line_plan_t& plan) {
   drivers::StageWay way;
@@ -31,38 +43,39 @@ drivers::StageWay way_of(const line_plan_t& plan) {
 }  // namespace
 
 StageNode::StageNode(const Experiment& e)
-    : DriverNode(NodeId::kStage, stage_config(e)), places_(e.actuation) {
+    : DriverNode(NodeId::kStage, stage_driver(e)), places_(e.actuation) {
   subscribe(channels::kStageCommand, this);
   if (prints_lines(e)) subscribe(channels::kLinePlan, this);
 }
 
 void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
-  using drivers::Stage;
+  using Stage = drivers::Some<drivers::StageDriver>;
   switch (StageVerb(c.verb)) {
     case StageVerb::kPass:
       return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
-        stage.run_pass(fires_of(c), 0, c.z_mm, c.speed_mm_s, now_us, fx, c.lead_mm, placement_of(c, places_));
+        stage->run_pass(fires_of(c), 0, c.z_mm, c.speed_mm_s, now_us, fx, c.lead_mm,
+                        placement_of(c, places_));
       });
     case StageVerb::kScan:
       return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
-        stage.scan(c.x_mm, c.y_mm, c.z_mm, c.grid.pitch_y_mm, c.rows, c.speed_mm_s, now_us, fx);
+        stage->scan(c.x_mm, c.y_mm, c.z_mm, c.grid.pitch_y_mm, c.rows, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kTrace: {
       if (c.command_id > traced_.command_id) traced_ = c;
       // Without its plan the command would follow a way of no knots, which the driver refuses.
       drivers::StageWay way = plan_.path == c.scan_id ? way_of(plan_) : drivers::StageWay{};
       return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
-        stage.trace(std::move(way), c.z_mm, now_us, fx);
+        stage->trace(std::move(way), c.z_mm, now_us, fx);
       });
     }
     case StageVerb::kMove:
       return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
-        stage.move_to(c.x_mm, c.y_mm, c.z_mm, c.speed_mm_s, now_us, fx);
+        stage->move_to(c.x_mm, c.y_mm, c.z_mm, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kHome:
       return perform(c, false, now, out,
-                     [](Stage& stage, std::int64_t now_us, Effects& fx) { stage.home(now_us, fx); });
+                     [](Stage& stage, std::int64_t now_us, Effects& fx) { stage->home(now_us, fx); });
   }
 }
 

@@ -7,7 +7,8 @@
 
 #include "config/experiment.h"
 #include "core/grid/offsets.h"
-#include "drivers/stage/stage.h"
+#include "drivers/link/some_driver.h"
+#include "drivers/stage/stage_driver.h"
 #include "firn/line_plan_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "runtime/driver_node.h"
@@ -15,7 +16,7 @@
 namespace firn {
 
 /// Adapter of drivers/stage: one pass, scan, path or move per command.
-class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects> {
+class StageNode final : public DriverNode<StageNode, drivers::Some<drivers::StageDriver>, drivers::Effects> {
  public:
   explicit StageNode(const Experiment& experiment);
 

@@ -1,5 +1,5 @@
-// ScriptBench drives a driver class in Python in simulated time, with this test as its program: it answers the
-// driver's calls and sees the bytes that reach the instrument.
+// ScriptBench drives a driver class in Python in simulated time, with this test as its program: it answers
+// the driver's calls and sees the bytes that reach the instrument.
 #pragma once
 
 #include <map>
@@ -48,14 +48,16 @@ class ScriptBench {
     const std::string whole = text + "\n";
     step([&](Effects& fx) { driver_.received(std::as_bytes(std::span(whole)), now_us, fx); });
   }
-  /// Returns the newest line for the program with its number taken out: "call on iris_percent=80".
+  /// Returns the newest line for the program without its number and time: "call on iris_percent=80".
   std::string newest() const {
     if (calls.empty()) return {};
     std::string text = calls.back();
-    const std::size_t first = text.find(' ');
-    if (first == text.npos) return text;
-    const std::size_t second = std::min(text.find(' ', first + 1), text.size());
-    return text.substr(0, first) + text.substr(second);
+    for (int words = text.starts_with("begin ") ? 1 : 2; words > 0; --words) {
+      const std::size_t first = text.find(' ');
+      if (first == text.npos) break;
+      text.erase(first, std::min(text.find(' ', first + 1), text.size()) - first);
+    }
+    return text;
   }
   std::string number() const {
     const std::string& text = calls.back();
@@ -79,10 +81,11 @@ class ScriptBench {
     open_line();
     open_program();
     done(": " + declared);
-    done();               // connect
+    done();                // connect
     done(":SCPI%20lamp");  // identify
-    done();               // safe
-    calls.clear();
+    done();                // safe
+    const bool asks = calls.back().starts_with("call ");
+    calls.erase(calls.begin(), calls.end() - (asks ? 1 : 0));  // what it asks at once is to be answered
     line.clear();
   }
 

@@ -1,4 +1,5 @@
-// A lamp that a class in Python drives: what the driver does when the class works, refuses, raises, hangs or dies.
+// A lamp that a class in Python drives: what the driver does when the class works, refuses, raises, hangs or
+// dies.
 #include "drivers/lamp/script_lamp.h"
 
 #include <catch2/catch.hpp>
@@ -42,7 +43,8 @@ constexpr const char* kSafeBytes = "OFF\n";
 
 }  // namespace
 
-TEST_CASE("a class in Python is imported, made, asked who is there and made safe before its lamp is safe", "[script]") {
+TEST_CASE("a class in Python is imported, made, asked who is there and made safe before its lamp is safe",
+          "[script]") {
   LampBench b;
   b.bench.open_line();
   b.bench.open_program();
@@ -132,7 +134,8 @@ TEST_CASE("what a broken-off call still writes reaches no instrument", "[script]
   CHECK(b.bench.line == std::string(kSafeBytes) + "?");
 }
 
-TEST_CASE("a method that never returns is named, its lamp gets the declared bytes, its program is ended", "[script]") {
+TEST_CASE("a method that never returns is named, its lamp gets the declared bytes, its program is ended",
+          "[script]") {
   LampBench b;
   b.bench.become_safe("timeout_s=1 time_on=0.25 safe_bytes=79,70,70,10");
   b.expose(5.0);
@@ -147,7 +150,8 @@ TEST_CASE("a method that never returns is named, its lamp gets the declared byte
   CHECK(b.lamp.state() == DeviceState::kDisconnected);
 }
 
-TEST_CASE("a program that dies during an exposure is named and its lamp gets the declared bytes", "[script]") {
+TEST_CASE("a program that dies during an exposure is named and its lamp gets the declared bytes",
+          "[script]") {
   LampBench b;
   b.bench.become_safe();
   b.expose(5.0);
@@ -245,7 +249,8 @@ TEST_CASE("a class that cannot be imported is told once and not tried again", "[
 TEST_CASE("limits of an exposure are those of every lamp", "[script]") {
   LampBench b;
   b.bench.become_safe();
-  for (const auto& [s, iris] : {std::pair{0.0, 80}, {-1.0, 80}, {20.001, 80}, {NAN, 80}, {1.0, 0}, {1.0, 101}}) {
+  for (const auto& [s, iris] :
+       {std::pair{0.0, 80}, {-1.0, 80}, {20.001, 80}, {NAN, 80}, {1.0, 0}, {1.0, 101}}) {
     b.expose(s, iris);
     INFO(s << " s, " << iris << " %");
     CHECK(b.last_result().outcome == Outcome::kRefused);
@@ -284,12 +289,27 @@ TEST_CASE("rubbish from a program never makes a lamp safe nor crashes its driver
     const std::string number = b.bench.number();
     for (int n = 0; n < 20; ++n) {
       std::string text;
-      static constexpr std::string_view kWords[] = {"done ", "fail ", "write ", "note ", " ", "=", ":", "%", "1,",
-                                                    "nan ",  "error ", "0f", "value", "\xff", "99"};
+      static constexpr std::string_view kWords[] = {"done ",  "fail ", "write ", "note ", " ",
+                                                    "=",      ":",     "%",      "1,",    "nan ",
+                                                    "error ", "0f",    "value",  "\xff",  "99"};
       for (std::uint32_t k = random.below(8); k > 0; --k) text += kWords[random.below(std::size(kWords))];
       b.bench.say(text);
     }
     INFO(seed);
     CHECK((!b.lamp.safe() || b.bench.all<Result>().size() == 1));
   }
+}
+
+TEST_CASE("a command that comes while the class is polled waits for the poll, whose bytes still pass",
+          "[script]") {
+  LampBench b;
+  b.bench.become_safe("timeout_s=1 safe_bytes=79,70,70,10 has_poll=1 poll_s=2");
+  b.bench.advance_us(2'000'000);
+  CHECK(b.bench.newest() == "call poll");
+  b.expose(0.5);
+  CHECK(b.bench.newest() == "call poll");
+  b.bench.say("write " + b.bench.number() + " 3f");
+  CHECK(b.bench.line == "?");
+  b.bench.done();
+  CHECK(b.bench.newest() == "call on iris_percent=80");
 }

@@ -180,6 +180,14 @@ void seed_foreign(const Seed& seed) {
     for (const std::uint16_t p : pixels) input.push_back(std::byte(p));
     seed("fuzz_line_picture", aslant ? "aslant-runs" : "along-runs", input);
   }
+  for (const auto& [name, text] :
+       {std::pair<const char*, std::string_view>{"done", "done 7 :Python%203 timeout_s=1.5 safe_bytes=79,10"},
+        {"fail", "fail 7 late :psu.py%2c%20line%203"},
+        {"write", "write 7 4f4b0a"},
+        {"note", "note :warm"},
+        {"report", "<Hold:0|MPos:1.000,-2.500,0.000|FS:0,0|WCO:0.000,1.000,0.000>\nok\n"},
+        {"setting", "$110=500.000\nok\nerror:9\nALARM:1\n[MSG:Reset]\n"}})
+    seed("fuzz_device_lines", name, as_span(text));
   seed("fuzz_cassette", "lamp",
        as_span(std::string_view("firn cassette 1 lamp\n# SIMULATED sim:\n# config: [run]\n       0.500 open\n"
                                 "       1.000 > 47 55 53 46 41 0d |GUSFA.|\n       3.000 < 31 38 0d |18.|\n"

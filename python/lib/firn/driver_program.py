@@ -68,17 +68,26 @@ def value_text(value):
     return ",".join(number_text(one) for one in flat(value))
 
 
+def named_text(name, value):
+    """name=numbers; of a table, with the number of its rows."""
+    return f"{name}={value_text(value)}" + (f" {name}_rows={len(value)}" if is_table(value) else "")
+
+
+def is_table(value):
+    if hasattr(value, "shape"):
+        return len(value.shape) == 2
+    return isinstance(value, (list, tuple)) and len(value) > 0 and all(isinstance(row, (list, tuple)) for row in value)
+
+
 def answer_text(value):
     """Text and values of what a method returned: None, a text, numbers, or a dict of these."""
     if value is None:
         return ":"
     if isinstance(value, str):
         return ":" + encoded(value)
-    if isinstance(value, dict):
-        text = value.get("text", "")
-        rest = {name: one for name, one in value.items() if name != "text"}
-        return " ".join([":" + encoded(text), *(f"{name}={value_text(one)}" for name, one in rest.items())])
-    return ": value=" + value_text(value)
+    values = value if isinstance(value, dict) else {"value": value}
+    return " ".join([":" + encoded(values.get("text", "")),
+                     *(named_text(name, one) for name, one in values.items() if name != "text")])
 
 
 class Port:
@@ -175,7 +184,7 @@ class Program:
     def __init__(self, names):
         self.files = dict(word.split("=", 1) for word in names)
         self.lines, self.lock = queue.SimpleQueue(), threading.Lock()
-        self.call, self.inside, self.stop_asked = 0, False, False
+        self.call, self.inside, self.stop_asked, self.limit_s = 0, False, False, 1.0
         self.port, self.type, self.object, self.arguments, self.has_line = None, None, None, "", False
 
     def say(self, line):
@@ -235,16 +244,13 @@ class Program:
             self.inside = False
             raise Stopped()
 
-    def limited(self, method, run):
+    def limited(self, limit_s, run):
         """Runs a method; the kernel ends the program if not even the interpreter comes back."""
-        signal.setitimer(signal.ITIMER_REAL, self.time_of(method) + STOP_GRACE_S)
+        signal.setitimer(signal.ITIMER_REAL, limit_s + STOP_GRACE_S)
         try:
             return run()
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
-
-    def time_of(self, method):
-        return float(getattr(self.type, "times_s", {}).get(method, getattr(self.type, "timeout_s", 1.0)))
 
     def attempt(self, call, run):
         """Answers one request with what `run` returns or raises."""
@@ -305,18 +311,20 @@ class Program:
         call = int(call)
         if word == "begin":
             return self.attempt(call, lambda: self.begin(*rest[:4], rest[4:]))
+        limit_s, *rest = rest
+        limit_s = self.limit_s = float(limit_s)
         if word == "stop":
             self.stop_asked = False
-            return self.attempt(call, lambda: self.limited("safe", self.object.safe))
+            return self.attempt(call, lambda: self.limited(limit_s, self.object.safe))
         method, *words = rest
+        if method == "connect":
+            return self.attempt(call, lambda: self.limited(limit_s, self.connect))
         values = {}
         for pair in words:
             name, _, text = pair.partition("=")
             numbers = [number(one) for one in text.split(",")] if text else []
-            values[name] = numbers[0] if len(numbers) == 1 else numbers
-        if method == "connect":
-            return self.attempt(call, lambda: self.limited(method, self.connect))
-        return self.attempt(call, lambda: self.limited(method, lambda: getattr(self.object, method)(**values)))
+            values[name.lstrip("*")] = numbers[0] if len(numbers) == 1 and not name.startswith("*") else numbers
+        return self.attempt(call, lambda: self.limited(limit_s, lambda: getattr(self.object, method)(**values)))
 
     def serve(self):
         signal.signal(signal.SIGUSR1, self.on_stop)
@@ -325,7 +333,7 @@ class Program:
             self.run(line)
         # Firn is gone, or gives this program up. Where bytes pass through Firn it has made the instrument safe.
         if self.object is not None and not self.has_line:
-            self.limited("safe", self.object.safe)
+            self.limited(self.limit_s, self.object.safe)
 
 
 def main():
