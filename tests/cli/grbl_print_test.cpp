@@ -33,7 +33,8 @@ TEST_CASE("a GRBL board fires the droplets of an open-loop print that the Ensemb
   REQUIRE(grbl.result.status == 0);
   REQUIRE(ensemble.result.status == 0);
   CHECK(grbl.droplets == ensemble.droplets);
-  CHECK(grbl.volume_mm3 == Approx(ensemble.volume_mm3).epsilon(1e-9));
+  // A droplet comes up to half a step of 1/250 mm elsewhere, so another share of it lies beside the field.
+  CHECK(grbl.volume_mm3 == Approx(ensemble.volume_mm3).epsilon(1e-3));
 }
 
 TEST_CASE("a closed-loop print on a GRBL board is as accurate as on the Ensemble", "[grbl]") {
