@@ -1,5 +1,5 @@
-// OwnDoor takes the messages of the lab's own programs off the bus, refuses bytes that are none, and hands the rest
-// on to be published and recorded under the program's name.
+// OwnDoor takes the messages of the lab's own programs off the bus, refuses bytes that are none, and hands
+// the rest on to be published and recorded under the program's name.
 #pragma once
 
 #include <poll.h>

@@ -67,7 +67,7 @@ struct RunResult {
   std::optional<PrintedPart> part = {};
   std::optional<double> overspill_percent = {};  ///< of the last map: volume beside the part over the part's
   std::optional<OutlineStats> outline = {};      ///< of the last map; none: also in a lab of paths
-  std::optional<PrintUse> use = {};               ///< none: an older program printed
+  std::optional<PrintUse> use = {};              ///< none: an older program printed
   std::string audit = {};  ///< "clean", "2 violations: layer 3 ..."; of the records, without their seal
 };
 

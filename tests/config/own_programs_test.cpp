@@ -1,5 +1,5 @@
-// [nodes.NAME] with a command: the programs of the lab's own that an experiment may name, and how they come back
-// from its dump.
+// [nodes.NAME] with a command: the programs of the lab's own that an experiment may name, and how they come
+// back from its dump.
 #include <catch2/catch.hpp>
 
 #include <string>

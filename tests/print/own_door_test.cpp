@@ -167,7 +167,8 @@ TEST_CASE("on a bus without a key a program is heard without one", "[own]") {
   CHECK_THAT(open.door.admission("room", 5), Contains("\"key\":\"\""));
 }
 
-TEST_CASE("the admission of a program has its key, its channels and the bus, and a bad name gets none", "[own]") {
+TEST_CASE("the admission of a program has its key, its channels and the bus, and a bad name gets none",
+          "[own]") {
   OpenDoor open;
   const std::string text = open.door.admission("room", 42);
   CHECK_THAT(text, Contains("\"run_id\":42") && Contains("\"program\":\"room\"") &&
