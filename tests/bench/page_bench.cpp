@@ -30,7 +30,7 @@ FIRN_BENCH(page_bench) try {
   }
   const double wall_s = clock_s(CLOCK_MONOTONIC), cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID);
   const firn::page::WatchedRun run(firn::full_product(), argv[1], 0.0);
-  const std::string hello = run.hello(0.0, "run", false);
+  const std::string hello = run.hello(0.0, "run", false, {});
   const double took_s = clock_s(CLOCK_MONOTONIC) - wall_s;
   double load[3] = {};
   ::getloadavg(load, 3);

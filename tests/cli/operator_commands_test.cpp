@@ -72,7 +72,7 @@ std::vector<std::string> named(const Said& said) {
 using Names = std::vector<std::string>;
 
 TEST_CASE("firn runs collect says that a run was printed on one computer") {
-  const Runs runs("collect");
+  Runs runs("collect");
   const Said said = firn_says({"runs", "collect", runs.add("one", 1.0).string()});
   CHECK(said.code == 0);
   CHECK_THAT(said.out, Contains("was printed on one computer"));

@@ -11,8 +11,6 @@
 #include <stdexcept>
 
 #include "files/command.h"
-#include "tests/live/live_checks.h"
-#include "tests/support/skip.h"
 
 extern char** environ;
 
@@ -98,14 +96,6 @@ std::string FarHosts::firn_with(const std::string& variables, int days) const {
                         << " " FIRN_BINARY_DIR "/bin/firn \"$@\"\n";
   std::filesystem::permissions(script, std::filesystem::perms::owner_all);
   return script.string();
-}
-
-bool no_hosts() {
-  if (skipped()) return true;
-  static const std::string why = FarHosts::refused();
-  if (why.empty()) return false;
-  skip("network-namespace", why);
-  return true;
 }
 
 }  // namespace firn::test

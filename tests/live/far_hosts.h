@@ -44,7 +44,4 @@ class FarHosts {
   std::string path_before_;
 };
 
-/// Says and counts a skipped test where there are no such computers.
-bool no_hosts();
-
 }  // namespace firn::test

@@ -11,6 +11,7 @@
 #include "tests/live/far_hosts.h"
 #include "tests/live/hardware.h"
 #include "tests/live/live_checks.h"
+#include "tests/live/no_hosts.h"
 
 using namespace firn;
 using namespace firn::test;
@@ -40,7 +41,7 @@ struct FarInstruments {
 };
 
 std::string identities_refused(const Experiment& e, const BringupState& state) {
-  return identity_refusal(full_product(), e, state, "lab.bringup.json", {}, [] { return false; });
+  return identity_refusal(full_product(), e, ".", state, "lab.bringup.json", {}, [] { return false; });
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "runs/folder/host_record.h"
 #include "tests/live/far_hosts.h"
 #include "tests/live/live_checks.h"
+#include "tests/live/no_hosts.h"
 #include "tests/live/other_clock.h"
 #include "tests/support/skip.h"
 

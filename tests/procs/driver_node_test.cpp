@@ -3,6 +3,8 @@
 #include <map>
 
 #include "core/grid/random.h"
+#include "drivers/lamp/lamp.h"
+#include "drivers/laser_profiler/laser_profiler.h"
 #include "firn/fault_t.hpp"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
