@@ -1,4 +1,4 @@
-// run_key prints what one of the lab's own programs needs in order to speak in a running print; run_say
+// run_key prints the admission of one of the lab's own programs to a running print; run_say
 // publishes messages from standard input for it.
 #include <fmt/core.h>
 #include <pwd.h>

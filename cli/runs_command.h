@@ -54,7 +54,7 @@ int seal_runs(const RunsOptions& options);
 /// Copies sealed runs into the archive of the word behind "sync". @returns kFailed if a run was left out
 int sync_runs(const RunsOptions& options);
 
-/// Shows what prints used up, by batch and instrument, and which limits of the lab file behind "use" are
+/// Shows the use of prints by batch and instrument, and which limits of the lab file behind "use" are
 /// near.
 int sum_runs_use(const RunsOptions& options);
 

@@ -1,4 +1,4 @@
-// Access tells whose request one is and what he may do, by the token that it shows: the one drawn at the
+// Access tells whose request one is, and its rights, by the token that it shows: the one drawn at the
 // start, an operator's without a name, or one of a table of people, which is read again when it has changed.
 #pragma once
 

@@ -42,7 +42,7 @@ inline constexpr std::string_view kNoToken =
 
 WebReply refusal(int status, const std::string& why);
 
-/// Returns what a frame says of its reader.
+/// Returns the reader as a frame tells of him.
 Reader reader_of(const Person& person, const Person& by_header);
 /// Returns why somebody may not command: he has no token, or is an observer.
 std::string no_command_words(const Person& person);

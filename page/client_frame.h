@@ -45,7 +45,7 @@ inline constexpr std::size_t kMaxTagBytesOfRequest = 64;
 /// @throws std::invalid_argument naming the member and its limit
 NoteRequest parse_note_request(std::string_view text);
 
-/// What a browser sends to acknowledge an alarm.
+/// The acknowledgement of an alarm, by a browser.
 struct AckRequest {
   std::string token;
   std::string author;  ///< empty: whoever the token is of

@@ -22,7 +22,7 @@ struct Product;
 
 namespace firn::page {
 
-/// Who reads a frame, and what he may do.
+/// Who reads a frame, and his rights.
 struct Reader {
   std::string name;         ///< empty: not known
   bool commands = false;    ///< may command, as his request shows

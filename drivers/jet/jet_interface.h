@@ -1,4 +1,4 @@
-// JetInterface is what a print asks of a jet, of any kind.
+// JetInterface has the orders of a print to a jet, of any kind.
 #pragma once
 
 #include <cstdint>

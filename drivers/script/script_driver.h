@@ -1,7 +1,8 @@
 // ScriptDriver drives an instrument by a class in Python, which a program of its own runs: it starts the
 // class, calls its methods one at a time, watches how long each takes, and passes bytes between the class and
-// the instrument's port. What makes the instrument safe the class declares when it begins (safe_bytes): these
-// bytes are sent from here, ahead of the class, on a stop and whenever the class is slow, broken or gone.
+// the instrument's port. The class declares when it begins how the instrument is made safe (safe_bytes):
+// these bytes are sent from here, ahead of the class, on a stop and whenever the class is slow, broken or
+// gone.
 #pragma once
 
 #include <algorithm>

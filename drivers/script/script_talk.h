@@ -47,7 +47,7 @@ struct Line {
   double number(std::string_view name) const;
 };
 
-/// Returns what the line says, given without its end; nothing: it is none of the program's.
+/// Returns the line in its parts, given without its end; nothing: it is none of the program's.
 std::optional<Line> parse_line(std::string_view line);
 
 std::string encode_text(std::string_view text);

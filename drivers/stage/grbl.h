@@ -60,7 +60,7 @@ std::optional<Report> parse_report(std::string_view line);
 /// Returns number and value of "$110=500.000".
 std::optional<std::pair<int, double>> parse_setting(std::string_view line);
 
-/// Returns what an "error:N" or "ALARM:N" means: "error 9: locked by an alarm".
+/// Returns the meaning of an "error:N" or "ALARM:N": "error 9: locked by an alarm".
 std::string meaning_of(std::string_view line);
 
 class GrblDialect final : public Dialect {

@@ -1,4 +1,4 @@
-// GrblStage: connection, holding, setting up, and what the board says.
+// GrblStage: connection, holding, setting up, and the words of the board.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +20,7 @@ constexpr double kSameAcceleration = 0.99;  // a run-up that the board needs lon
 
 void GrblStage::connected(std::int64_t now_us, Effects& fx) {
   if (std::exchange(set_up_next_, false)) return set_up();
-  if (phase_ == Phase::kHolding) return;  // it only forgot what it awaited
+  if (phase_ == Phase::kHolding) return;  // it only forgot its question
   set_state(DeviceState::kIdentifying, identity_, fx);
   hold({}, kNoCode, now_us, fx);  // whatever it was doing
 }
@@ -107,7 +107,7 @@ void GrblStage::die(std::int32_t code, const std::string& why, Effects& fx) {
   }
 }
 
-// After the settings: what the board says of itself.
+// After the settings: the board about itself.
 void GrblStage::look_around(const grbl::Report& report, Effects& fx) {
   if (const std::string why = mismatch(); !why.empty()) return die(kLimit, why, fx);
   const bool can_home = setting(grbl::kHoming) != 0.0;
@@ -165,7 +165,7 @@ void GrblStage::reply(const Request& request, std::span<const std::byte> frame, 
     case kHomed:
       homed_ = was_homed_ = true;
       if (op_ == Op::kHome) finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, ""}, fx);
-      phase_ = Phase::kSetup;  // homing may have changed what it tells: look again
+      phase_ = Phase::kSetup;  // homing may have changed its words: look again
       link_.push(grbl::status(kLook));
       return;
     default:

@@ -1,6 +1,6 @@
 // GrblStage controls a GRBL 1.1 board as a stage: moves, homing, raster passes whose droplets the board's
 // laser output triggers, and scans where a counting box on the step lines triggers the profiler.
-// docs/devices/grbl.md has the facts and what such a board cannot promise: it counts no pulses, has no
+// docs/devices/grbl.md has the facts and the limits of such a board: it counts no pulses, has no
 // watchdog, and knows no feedback but its own steps.
 #pragma once
 

@@ -84,7 +84,7 @@ struct FilmSolver {
     self.transform.forward(self.work.data());
     for (std::size_t n = 0; n < self.work.size(); ++n) self.work[n] *= self.scale[n];
     self.transform.inverse(self.work.data());
-    // Dry cells keep what they have; the wet ones share the rest, so that the sum is kept.
+    // Dry cells keep theirs; the wet ones share the rest, so that the sum is kept.
     double rest = 0.0;
     for (std::size_t n = 0; n < self.work.size(); ++n) {
       answer[n] = self.film.wet_[n] ? self.work[n] : given[n];
@@ -281,7 +281,7 @@ void FilmFlow::flow(double duration) {
   double reached = 0.0;
   cvode.require(CVode(cvode.memory, duration, cvode.y, &reached, CV_NORMAL), "CVode");
   std::copy_n(y, height_.size(), height_.begin());
-  // GMRES stops at a tolerance, and what is left of the residual is volume that came or went: a millionth.
+  // GMRES stops at a tolerance, and the rest of the residual is volume that came or went: a millionth.
   const std::vector<double> after = volumes();
   for (std::size_t n = 0; n < height_.size(); ++n)
     if (const std::int32_t body = body_[n]; body >= 0 && after[std::size_t(body)] > 0.0)

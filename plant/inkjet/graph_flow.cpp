@@ -7,7 +7,7 @@
 //   q = K sat(D'(H + v)),   v <- v - D q
 // K = kappa_side or kappa_corner, sat holding a difference within +-range_mm. A node whose edges ask for more
 // than it has wet gives each the same part of it, so that v >= 0. Every column of D sums to 0: no step
-// changes the volume. The lamp adds v to H, less what shrinks.
+// changes the volume. The lamp adds v to H, less the shrinkage.
 #include <algorithm>
 #include <vector>
 

@@ -18,7 +18,7 @@ struct TruePlace {
 ///   grid's origin; y likewise with its stretch alone.
 TruePlace true_place(const StageFaults& faults, const GridSpec& grid, TruePlace said, double vx_mm_s);
 
-/// What becomes of one trigger.
+/// The droplets of one trigger.
 struct NozzleShot {
   int droplets = 1;
   double dx_mm = 0.0, dy_mm = 0.0;  ///< by which they land beside their place

@@ -67,7 +67,7 @@ class LayerCount {
   bool cured_ = false;
 };
 
-/// What nature cannot go on with: an exception of a class in Python, or a state beyond the theory of its
+/// The end of nature: an exception of a class in Python, or a state beyond the theory of its
 /// physics.
 struct NatureError : std::runtime_error {
   using runtime_error::runtime_error;

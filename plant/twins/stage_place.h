@@ -1,4 +1,4 @@
-// StagePlace tells where a simulated stage is: what the world asks of every kind.
+// StagePlace tells where a simulated stage is, of any kind.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Rows of a stage that is a GRBL board: what its driver assumes and no settings tell.
+// Rows of a stage that is a GRBL board: assumptions of its driver that no settings tell.
 #include "config/device_kinds.h"
 #include "print/bringup/bringup.h"
 

@@ -1,4 +1,4 @@
-// Rows of instruments that a driver class in Python drives: what its author alone knows.
+// Rows of instruments that a driver class in Python drives: its author alone knows them.
 #include "config/device_kinds.h"
 #include "print/bringup/bringup.h"
 

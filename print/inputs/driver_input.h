@@ -15,7 +15,7 @@ namespace firn {
 
 /// Returns name and path of the modules of an instrument's driver class, its own file first; nothing for one
 /// in C++. A module is found by an import statement of its own, at any depth: `import levels`, `from levels
-/// import x`; what lies elsewhere is a package of the computer.
+/// import x`; others are packages of the computer.
 /// @param folder of the experiment file, to which the class's file is relative
 /// @throws ConfigError (key devices.NODE.kind): a file that cannot be read
 std::vector<std::pair<std::string, std::string>> driver_modules(const Experiment& experiment,

@@ -1,4 +1,4 @@
-// sum_use sums what prints used up over many run folders: by batch of ink, and by instrument.
+// sum_use sums the use of many run folders: ink by batch, and hours by instrument.
 #pragma once
 
 #include <cstdint>

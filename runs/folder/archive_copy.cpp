@@ -138,8 +138,8 @@ ArchiveCopy copy_to_archive(const fs::path& run, Archive& archive, const std::at
   const SealCheck whole = check_seals(run);
   if (!whole.lines().empty()) return left_out("it is not as it was sealed: " + whole.lines().front());
   const std::string digest = whole.seals.back().digest;
-  // What an earlier call left, or what changed on the way, has the right size and time and is sent again
-  // once.
+  // A file that an earlier call left, or that changed on the way, has the right size and time and is sent
+  // again once.
   archive.send(run, name, there, false, stop);
   std::string why = archive.verify(run, name, digest, stop);
   if (!why.empty()) {

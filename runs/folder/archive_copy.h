@@ -33,7 +33,7 @@ class Archive {
   /// time @throws UsageError: rsync is not installed; std::runtime_error naming file and reason
   virtual void send(const std::filesystem::path& run, const std::string& name, bool renews, bool thorough,
                     const std::atomic<bool>* stop) = 0;
-  /// Reads what has arrived. @returns why it is not the run as it was sealed; empty: it is
+  /// Reads the copy. @returns why it is not the run as it was sealed; empty: it is
   /// @param digest of the newest seal
   virtual std::string verify(const std::filesystem::path& run, const std::string& name,
                              const std::string& digest, const std::atomic<bool>* stop) = 0;

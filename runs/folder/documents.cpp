@@ -114,7 +114,7 @@ PrintUse use_of(const Json& json, const std::string& where) {
   if (!all.is_object()) bad(where + ".instruments", "must be an object");
   for (const auto& [node, one] : all.items()) {
     if (!one.is_object()) bad(where + ".instruments." + node, "must be an object");
-    use.instruments.emplace_back(
+    use.instruments.emplace(
         node, InstrumentUse{text_of(at(one, "port", where), where + ".port"), number(one, "hours", "h"),
                             number(one, "volume_mm3", "mm^3")});
   }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,19 +40,19 @@ struct PrintedPart {
   std::array<double, 3> size_mm{};
 };
 
-/// What an instrument did in a print.
+/// Use of an instrument in a print.
 struct InstrumentUse {
   std::string port;         ///< "simulated", or its address
   double hours = 0.0;       ///< at work, of node time; of a lamp: its commanded exposures
   double volume_mm3 = 0.0;  ///< that it deposited
 };
 
-/// What a print used up.
+/// Ink and instruments that a print used.
 struct PrintUse {
   std::int64_t amount = 0;  ///< droplets, pulses or switches
   double volume_mm3 = 0.0;  ///< by the model of a droplet or a pulse, else by the maps
   std::string depositing;   ///< node of the instrument that deposited
-  std::vector<std::pair<std::string, InstrumentUse>> instruments;  ///< by node, in the lab's order
+  std::map<std::string, InstrumentUse> instruments;  ///< by node
 };
 
 /// result.json: the end of a print and its verdict, as every command, the page and the report show it.

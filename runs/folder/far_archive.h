@@ -40,8 +40,9 @@ class FarArchive : public Archive {
   std::string folder(const std::string& name) const;
 
   FarPlace place_;
-  std::filesystem::path scratch_;  // of this computer: the connection's socket, and what look() has copied
-  std::set<std::string> names_;    // that are there
+  std::filesystem::path
+      scratch_;  // of this computer: the connection's socket, and files that look() has copied
+  std::set<std::string> names_;  // that are there
 };
 
 }  // namespace firn::runs

@@ -74,7 +74,7 @@ std::string python_of(const std::string& config_toml, const std::string& node) {
     look("control.scheme", e.control.scheme, "controller");
     look("estimator.droplets", e.estimator.droplets, "droplet_estimator");
     look("plant.model", e.plant.model, "world");
-    // A replay feeds a driver what its class said: it runs no class, only a print that goes on does.
+    // A replay feeds a driver the answers of its class: a print that goes on runs it, and no replay.
     if (node.empty())
       for (const auto& [of, kind] : e.devices.kind) look(("devices." + of + ".kind").c_str(), kind, "");
   } catch (const std::exception&) {  // whoever builds the node names it, and may read more than this
@@ -92,7 +92,7 @@ void require_own(const fs::path& path, const RunFolder& run, const std::string& 
                    ") recorded by another user or host, or changed since; --run-python runs it");
 }
 
-// What a print starts and reaches beside Firn's processes.
+// Commands that a print starts, and hosts that it reaches.
 std::string commands_of(const std::string& config_toml) {
   const Experiment e = parse_recorded_experiment(config_toml, "the recorded configuration");
   std::string found;

@@ -124,7 +124,7 @@ std::optional<PrintUse> print_use(const fs::path& run) try {
       use.depositing = node;
       i.volume_mm3 = use.volume_mm3;
     }
-    use.instruments.emplace_back(node, std::move(i));
+    use.instruments.emplace(node, std::move(i));
   }
   if (use.instruments.empty()) return std::nullopt;
   return use;

@@ -1,4 +1,4 @@
-// print_use sums what a print used up: ink, and the hours of its instruments.
+// print_use sums the use of a print: ink, and the hours of its instruments.
 #pragma once
 
 #include <filesystem>

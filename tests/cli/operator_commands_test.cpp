@@ -71,6 +71,19 @@ std::vector<std::string> named(const Said& said) {
 
 using Names = std::vector<std::string>;
 
+TEST_CASE("firn key and firn say name a run that nobody prints") {
+  Runs runs("own");
+  const std::string run = runs.add("one", 1.0).string();
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"key", run},
+                                                {"key", run, "--as", "room", "--json"},
+                                                {"say", run, "OWN_VALUES"}}) {
+    const Said said = firn_says(words);
+    CHECK(said.code == 2);
+    CHECK(said.out.empty());
+    CHECK_THAT(said.err, Contains(run) && Contains("is not running"));
+  }
+}
+
 TEST_CASE("firn runs collect says that a run was printed on one computer") {
   Runs runs("collect");
   const Said said = firn_says({"runs", "collect", runs.add("one", 1.0).string()});

@@ -265,7 +265,7 @@ TEST_CASE("a stop in a row decelerates, keeps the place and leaves the row in do
   CHECK(rig.results[0].outcome == Outcome::kUnknown);
   CHECK(rig.results[0].unknown_from == 0);
   CHECK(rig.results[0].unknown_to == 40);
-  CHECK(fired < 20);  // 20 mm/s, 0.4 mm to stand, and what had been read of the line
+  CHECK(fired < 20);  // 20 mm/s, 0.4 mm to stand, and the part of the line that had been read
   rig.run([] { return false; }, 5.0);
   CHECK(rig.pulses.size() == fired);
   CHECK_FALSE(rig.told("place is lost"));

@@ -85,7 +85,7 @@ class ScriptBench {
     done(":SCPI%20lamp");  // identify
     done();                // safe
     const bool asks = calls.back().starts_with("call ");
-    calls.erase(calls.begin(), calls.end() - (asks ? 1 : 0));  // what it asks at once is to be answered
+    calls.erase(calls.begin(), calls.end() - (asks ? 1 : 0));  // its next question is to be answered
     line.clear();
   }
 

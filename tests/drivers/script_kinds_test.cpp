@@ -1,4 +1,5 @@
-// The other classes of instruments that a class in Python drives: what each asks, judges and refuses.
+// The other classes of instruments that a class in Python drives: the questions, judgements and refusals of
+// each.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// A lamp that a class in Python drives: what the driver does when the class works, refuses, raises, hangs or
+// A lamp that a class in Python drives: the driver when the class works, refuses, raises, hangs or
 // dies.
 #include "drivers/lamp/script_lamp.h"
 

@@ -1,4 +1,4 @@
-// What was printed, as a report shows it: keys, tags, notes, acknowledged alarms, use.
+// The facts of a print, as a report shows them: keys, tags, notes, acknowledged alarms, use.
 #include "report/run/meta_table.h"
 
 #include <catch2/catch.hpp>

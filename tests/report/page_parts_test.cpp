@@ -65,7 +65,7 @@ std::size_t at(const std::vector<std::string>& names, const std::string& name) {
   return std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-// What the first table of results says of the only run of a page, by its column.
+// The first table of results about the only run of a page, by its column.
 std::map<std::string, std::string> first_row(const RunData& run) {
   const Element page = parse_markup(report::report_page({{run, ""}}, {}));
   for (const Element* table : page.all("table")) {
