@@ -338,7 +338,7 @@ Limits kinds_of(std::string_view node) {
     limits.or_python = kinds.or_python;
     return limits;
   }
-  throw std::logic_error("config/device_kinds.h: no row for " + std::string(node));
+  return one_of({});  // one kind alone
 }
 
 Table device_fields(Experiment& e) {
@@ -356,11 +356,13 @@ Table device_fields(Experiment& e) {
          port.node == kDevicePorts[0].node
              ? "name in [hosts] of the computer that the instrument is at; empty: the launcher's"
              : "the same"}));
-    t.push_back(only_if_given({"devices." + node + ".kind", &e.devices.kind[node], "", kinds_of(node),
-                               node == kDevicePorts[0].node
-                                   ? "who speaks with the instrument: a kind of its class, or a driver class "
-                                     "in Python (docs/write-a-driver.md); empty: the first kind"
-                                   : "the same"}));
+    if (const Limits kinds = kinds_of(node); !kinds.choices.empty())
+      t.push_back(
+          only_if_given({"devices." + node + ".kind", &e.devices.kind[node], "", kinds,
+                         node == kDevicePorts[0].node
+                             ? "who speaks with the instrument: a kind of its class, or a driver class "
+                               "in Python (docs/write-a-driver.md); empty: the first kind"
+                             : "the same"}));
   }
   add(t, rows("devices.stage.dialect.", e.stage.dialect, drivers::kStageDialect));
   add(t, rows("devices.jet.dialect.", e.jet.dialect, drivers::kJetDialect));

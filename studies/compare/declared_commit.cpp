@@ -25,8 +25,9 @@ std::string commit_words(const std::filesystem::path& file) try {
   };
   const CommandEnd log = git({"log", "-1", "--format=%H"}), changed = git({"status", "--porcelain"});
   if (log.missing()) return "unknown: git is not installed";
-  if (log.code != 0 || changed.code != 0) return "unknown: " + log.reason();
-  if (line_of(log.output).empty()) return "none: the file is in no commit";
+  if (changed.code != 0) return "unknown: " + changed.reason();
+  if (log.code != 0 || line_of(log.output).empty())  // git log fails where there is no commit at all
+    return "none: the file is in no commit";
   return line_of(log.output) + (changed.output.empty() ? "" : ", and changed since");
 } catch (const std::runtime_error& error) {
   return std::string("unknown: ") + error.what();

@@ -170,6 +170,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           surface("control.smf.speed_range", "smf"),
           surface("control.foresee.", "smf_foresee"),
           surface("control.extra.adaptive_", "smf_adaptive"),
+          controller("control.extra.ilc_", "spatial_ilc"),
           controller("control.threshold.", "threshold"),
           controller("control.rim_inset", "threshold"),
           controller("control.mpc.strip_rows", "mpc"),

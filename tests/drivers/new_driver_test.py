@@ -58,7 +58,7 @@ class NewDriver(unittest.TestCase):
 
     @unittest.skipIf(BUILD, "only the build")
     def test_the_second_jet_is_eight_files_and_at_most_250_lines_without_twin_and_tests(self):
-        example = self.page[self.page.index("## Example: a second jet"):self.page.index("## A codec")]
+        example = self.page[self.page.index("## Example: a second jet"):self.page.index("## Example: a second stage")]
         named = [file for row in re.findall(r"^\| (`.*?) \|", example, re.M) for file in re.findall(r"`([^`]+)`", row)]
         naming = [file for file in self.copy.files if not file.startswith(("tests/", "docs/")) and not file.endswith(".md")
                   and b"microdrop" in Path(ROOT, file).read_bytes().lower() + file.encode()]

@@ -137,7 +137,7 @@ class Lints(SmallTree):
         self.assertEqual(check_layers.check_page(self.root), [])
         self.assertEqual(check_layers.check_page(self.root, write=True), [])
         self.assertEqual((self.root / page).read_text(encoding="utf-8"), told)
-        for true, false in (("|`plant`|words|*leaves*, `files`, `firmware`|", "|`plant`|words|*leaves*|"), ("|`core/grid`|words|`core/options`|\n", ""),
+        for true, false in (("|`plant`|words|*leaves*, `files`, `firmware`, `plant/options`|", "|`plant`|words|*leaves*|"), ("|`core/grid`|words|`core/options`, `core/exact`|\n", ""),
                             ("|`plant/main.*`|", "|`plant/gone.*`|"), ("- *leaves*: `core/options`,", "- *leaves*:")):
             self.assertIn(true, told)
             self.write(page, told.replace(true, false))
