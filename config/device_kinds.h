@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "config/experiment.h"
+#include "drivers/jet/jet_config.h"
 #include "drivers/script/script_options.h"
 
 namespace firn {
@@ -18,8 +19,8 @@ struct DeviceKinds {
 };
 inline constexpr DeviceKinds kDeviceKinds[] = {
     {"stage", {"ensemble", "grbl"}, true},
-    {"jet", {"jetdrive", "microdrop"}, true},
-    {"jet_b", {"jetdrive", "microdrop"}, true},
+    {"jet", drivers::kJetKindWords, true},
+    {"jet_b", drivers::kJetKindWords, true},
     {"laser_profiler", {"ljv"}, true},
     {"lamp", {"omnicure"}, true},
     {"robot", {"fvp"}, false},

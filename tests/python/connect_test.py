@@ -17,9 +17,10 @@ import numpy as np
 
 FIRN, ROOT = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
 os.environ["FIRN_PROGRAM"] = str(FIRN)
-sys.path.insert(0, str(ROOT / "python/lib"))
+sys.path[:0] = [str(ROOT / "python/lib"), str(ROOT / "experiments/own-lcm")]
 sys.dont_write_bytecode = True
 import firn  # noqa: E402
+from own_bus import Bus  # noqa: E402
 
 PATIENCE_S = 120
 
@@ -110,6 +111,9 @@ class ALivePrint(Viewed):
             self.assertTrue(run._wait(lambda: run.settings["control.max_layers"] == "150", PATIENCE_S))
             run.go_on()
             self.assertTrue(run.wait_layer(2, PATIENCE_S))
+            admission = json.loads(subprocess.check_output([FIRN, "key", folder, "--as", "room", "--json"]))
+            Bus(admission).publish("OWN_VALUES", b"rubbish")  # a warning of the print
+            self.assertTrue(run._wait(lambda: run.alarms, PATIENCE_S))
             run.stop()
             end = run.wait_end(PATIENCE_S)
             self.assertIn("stopped", end["outcome"])
