@@ -5,9 +5,9 @@
 namespace firn {
 
 const std::string& device_kind(const Experiment& e, std::string_view node) {
-  static const std::string kFirst;
+  static const std::string not_given;
   const auto at = e.devices.kind.find(std::string(node));
-  return at == e.devices.kind.end() ? kFirst : at->second;
+  return at == e.devices.kind.end() ? not_given : at->second;
 }
 
 bool is_python_driver(const Experiment& e, std::string_view node) {
