@@ -49,10 +49,14 @@ void OwnDoor::say(std::string_view program, std::string_view channel, std::strin
   if (too_many(program))
     throw UsageError("more than " + std::to_string(kMostPerSecond) + " messages in a second: not taken");
   try {
-    take_(own_message_from_json(program, channel, json));
+    take(program, own_message_from_json(program, channel, json));
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());
   }
+}
+
+void OwnDoor::take(std::string_view program, OwnMessage&& message) {
+  take_(std::move(message));
   OwnCount& count = counts_[std::string(program)];
   ++count.taken;
   count.last_s = double(monotonic_us()) * 1e-6;
@@ -79,13 +83,10 @@ void OwnDoor::take_sealed(std::string_view channel, std::span<const std::byte> s
   try {
     if (too_many(program))
       throw std::invalid_argument("more than " + std::to_string(kMostPerSecond) + " messages in a second");
-    take_(own_message(program, channel.substr(kOwnPrefix.size() + program.size() + 1), message));
+    take(program, own_message(program, channel.substr(kOwnPrefix.size() + program.size() + 1), message));
   } catch (const std::invalid_argument& e) {
     return refuse(program, e.what());
   }
-  OwnCount& count = counts_[std::string(program)];
-  ++count.taken;
-  count.last_s = double(monotonic_us()) * 1e-6;
 }
 
 // Of messages that overtake each other none is lost: the count is made up at the end.

@@ -58,6 +58,7 @@ class OwnDoor {
     std::int64_t number = -1;
     int messages = 0;
   };
+  void take(std::string_view program, OwnMessage&& message);
   void take_sealed(std::string_view channel, std::span<const std::byte> sealed);
   void count_number(std::string_view program, std::span<const std::byte> trailer);
   bool too_many(std::string_view program);
