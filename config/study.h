@@ -24,7 +24,7 @@ struct StudyEntry {
   std::string source = {};             ///< likewise
 };
 
-/// Where a study's parts are declared worlds.
+/// The declared worlds that are a study's parts.
 struct StudyWorlds {
   std::string file;  ///< relative to the study file; empty: they are not
   LabSet use = LabSet::kTuning;

@@ -20,7 +20,7 @@ struct GasOptions : GasConfig {
 
 inline constexpr std::int32_t kGas = 16;  ///< interlock of docs/safety.md
 
-/// Of GasFlows::fault and gas_flow_t.
+/// Causes in GasFlows::fault and gas_flow_t.
 enum class GasFault : std::int8_t { kNone, kFlowLost, kSetPoint, kPressure, kCode };
 const char* name(GasFault fault);
 

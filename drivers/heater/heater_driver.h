@@ -17,7 +17,7 @@ struct HeaterOptions : HeaterConfig {
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
-/// Of Temperatures::fault and temperature_t.
+/// Causes in Temperatures::fault and temperature_t.
 enum TemperatureFault : std::int8_t {
   kHeaterWell,
   kOpenThermocouple,

@@ -119,7 +119,8 @@ std::vector<std::string> OwnDoor::summary() const {
     std::uint64_t lost = 0;
     if (const auto senders = senders_.find(program); senders != senders_.end())
       for (const auto& [_, s] : senders->second) lost += s.newest - s.first + 1 - s.came;
-    lines.push_back(program + ": " + std::to_string(count.taken) + " messages taken" +
+    lines.push_back(program + ": " + std::to_string(count.taken) +
+                    (count.taken == 1 ? " message taken" : " messages taken") +
                     (count.refused > 0 ? ", " + std::to_string(count.refused) +
                                              " refused (the last: " + count.last_refusal + ")"
                                        : "") +

@@ -77,7 +77,7 @@ TEST_CASE("a program with its key is heard under its name", "[own]") {
   REQUIRE(open.taken.size() == 1);
   CHECK(open.taken[0].program == "room");
   CHECK(open.taken[0].values == std::vector<double>{1013.0});
-  CHECK(open.door.summary() == std::vector<std::string>{"room: 1 messages taken"});
+  CHECK(open.door.summary() == std::vector<std::string>{"room: 1 message taken"});
 }
 
 TEST_CASE("a program's key speaks for no other program, and for no process of the run", "[own]") {
@@ -129,7 +129,7 @@ TEST_CASE("rubbish of a program is refused by member, told three times and count
   REQUIRE(open.warnings.size() == OwnDoor::kWarnings);
   CHECK_THAT(open.warnings[0], Catch::StartsWith("room: a message was refused: OWN_VALUES: byte 0"));
   CHECK_THAT(open.warnings[2], Contains("further ones are counted"));
-  CHECK_THAT(open.door.summary().at(0), Contains("1 messages taken, 6 refused (the last: JET_COMMAND"));
+  CHECK_THAT(open.door.summary().at(0), Contains("1 message taken, 6 refused (the last: JET_COMMAND"));
 }
 
 TEST_CASE("messages of a program that never came are counted by their numbers", "[own]") {
