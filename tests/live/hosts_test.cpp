@@ -140,8 +140,11 @@ TEST_CASE("a clock that is known too badly stops the print before the first drop
   LiveRun run(e);
   run.start(false);
   CHECK(run.wait() == 3);
-  CHECK_THAT(run.said(), Catch::Contains("host attic") && Catch::Contains("has a clock that is known to 3") &&
-                             Catch::Contains("run.clock_slack_ms is 20"));
+  // Half of the best of many round trips: near the line's 30 ms, to either side by its jitter.
+  CHECK_THAT(run.said(),
+             Catch::Contains("host attic") &&
+                 Catch::Matches("[^]*has a clock that is known to (2[5-9]|[3-9][0-9])(\\.[0-9]+)? ms[^]*") &&
+                 Catch::Contains("run.clock_slack_ms is 20"));
   CHECK(plant::read_history(run.folder().world_record_path()).shots.empty());
 }
 
