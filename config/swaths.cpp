@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/options/for_people.h"
+
 namespace firn {
 
 std::vector<double> swath_shifts_mm(const Experiment& e) {
@@ -13,10 +15,9 @@ std::vector<double> swath_shifts_mm(const Experiment& e) {
   const double step_mm = line_mm - kSwathOverlap * e.grid.pitch_x_mm;
   const double steps = step_mm > 0.0 ? std::ceil((width_mm - line_mm) / step_mm - 1e-9) : kMaxSwaths;
   if (steps >= kMaxSwaths)
-    throw std::invalid_argument("a line of " + std::to_string(line_mm) + " mm needs more than " +
-                                std::to_string(kMaxSwaths) + " swaths of a grid of " +
-                                std::to_string(width_mm) + " mm, which overlap by " +
-                                std::to_string(kSwathOverlap) + " cells");
+    throw std::invalid_argument("a line of " + for_people(line_mm) + " mm needs more than " +
+                                std::to_string(kMaxSwaths) + " swaths of a grid of " + for_people(width_mm) +
+                                " mm, which overlap by " + std::to_string(kSwathOverlap) + " cells");
   const int n = int(steps) + 1;
   std::vector<double> shifts;
   for (int k = 0; k < n; ++k) shifts.push_back((width_mm - line_mm) * (double(k) / (n - 1) - 0.5));

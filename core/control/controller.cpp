@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/options/range.h"
+
 namespace firn::control {
 namespace {
 
@@ -42,7 +44,7 @@ void check(const Setup& s) {
   deposition::check(s.model_b);
   if (s.geometry->grid() != s.grid) throw std::invalid_argument("controller: the geometry has another grid");
   if (!(std::isfinite(s.judge_above_mm) && s.judge_above_mm >= 0.0))
-    throw std::invalid_argument("controller: judge_above_mm = " + std::to_string(s.judge_above_mm) +
+    throw std::invalid_argument("controller: judge_above_mm = " + shortest_text(s.judge_above_mm) +
                                 " must not be below 0");
 }
 

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "core/options/range.h"
+
 namespace firn {
 namespace {
 
@@ -41,7 +43,7 @@ Geometry::Geometry(const GridSpec& grid, double height_mm, const std::vector<std
     : grid_(grid), height_mm_(height_mm) {
   check(grid);
   if (!(std::isfinite(height_mm) && height_mm > 0.0))
-    refuse("height " + std::to_string(height_mm) + " mm must be above 0");
+    refuse("height " + shortest_text(height_mm) + " mm must be above 0");
   if (spans.size() != grid.size())
     refuse(std::to_string(spans.size()) + " columns are not the grid's " + std::to_string(grid.size()));
   first_.reserve(spans.size() + 1);
@@ -50,8 +52,8 @@ Geometry::Geometry(const GridSpec& grid, double height_mm, const std::vector<std
     double below = 0.0;
     for (const Span& s : spans[c]) {
       if (!(s.from_mm >= below && s.to_mm > s.from_mm && s.to_mm <= height_mm))
-        refuse(name_of(grid, c) + ": span " + std::to_string(s.from_mm) + " .. " + std::to_string(s.to_mm) +
-               " mm is empty, out of order or outside 0 .. " + std::to_string(height_mm));
+        refuse(name_of(grid, c) + ": span " + shortest_text(s.from_mm) + " .. " + shortest_text(s.to_mm) +
+               " mm is empty, out of order or outside 0 .. " + shortest_text(height_mm));
       below = s.to_mm;
       spans_.push_back(s);
     }
@@ -62,7 +64,7 @@ Geometry::Geometry(const GridSpec& grid, double height_mm, const std::vector<std
 Geometry Geometry::sampled(const Solid& solid, const GridSpec& grid, double height_mm, double step_mm) {
   check(grid);
   if (!(height_mm > 0.0 && step_mm > 0.0 && height_mm / step_mm <= 1e6))
-    refuse("height " + std::to_string(height_mm) + " mm and step " + std::to_string(step_mm) +
+    refuse("height " + shortest_text(height_mm) + " mm and step " + shortest_text(step_mm) +
            " mm must be above 0, and no more than a million steps");
   const int steps = std::max(1, int(height_mm / step_mm + 0.5));
   std::vector<std::vector<Span>> spans(grid.size());

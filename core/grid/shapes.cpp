@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/options/range.h"
+
 namespace firn {
 namespace {
 
@@ -39,11 +41,11 @@ Target make_shape(const ShapeSpec& shape, const GridSpec& grid) {
     positive(shape.diameter_mm, "diameter_mm");
   }
   if (shape.kind == "pipe" && !(shape.inner_diameter_mm > 0.0 && shape.inner_diameter_mm < shape.diameter_mm))
-    throw std::invalid_argument("part: inner_diameter_mm = " + std::to_string(shape.inner_diameter_mm) +
+    throw std::invalid_argument("part: inner_diameter_mm = " + shortest_text(shape.inner_diameter_mm) +
                                 " must lie between 0 and diameter_mm");
 
   if (!(shape.low_height_mm >= 0.0 && shape.low_height_mm <= shape.height_mm))
-    throw std::invalid_argument("part: low_height_mm = " + std::to_string(shape.low_height_mm) +
+    throw std::invalid_argument("part: low_height_mm = " + shortest_text(shape.low_height_mm) +
                                 " must lie between 0 and height_mm");
 
   const double cx = 0.5 * (grid.x_mm(0) + grid.x_mm(grid.nx - 1)),

@@ -11,6 +11,7 @@
 #include "config/nozzles.h"
 #include "core/grid/npy.h"
 #include "core/grid/png.h"
+#include "core/options/for_people.h"
 #include "files/digest.h"
 #include "files/usage_error.h"
 #include "print/inputs/geometry_input.h"
@@ -168,10 +169,10 @@ bool check_on_grid(const GreyPicture& grey, const GridSpec& g, const PixelSize& 
   const auto beyond = [&](int low, int high, int pixels, double pixel_mm, double grid_mm, const char* axis) {
     const double half_mm = std::max(0.5 * pixels - low, high + 1 - 0.5 * pixels) * pixel_mm - 0.1 * pixel_mm;
     if (half_mm <= 0.5 * grid_mm) return;
-    refuse_image(name, "a picture of " + std::to_string(grey.width * pixel.x_mm) + " x " +
-                           std::to_string(grey.height * pixel.y_mm) + " mm: along " + axis +
-                           " the part reaches " + std::to_string(half_mm) +
-                           " mm from the middle of the grid, which is " + std::to_string(0.5 * grid_mm) +
+    refuse_image(name, "a picture of " + for_people(grey.width * pixel.x_mm) + " x " +
+                           for_people(grey.height * pixel.y_mm) + " mm: along " + axis +
+                           " the part reaches " + for_people(half_mm) +
+                           " mm from the middle of the grid, which is " + for_people(0.5 * grid_mm) +
                            " mm to its edge");
   };
   if (high_x < 0) return false;
@@ -275,7 +276,7 @@ PixelSize pixel_size(const PartConfig& part, std::span<const std::byte> png, con
   const double mm = um_per_px > 0.0 ? um_per_px * 1e-3 : width_mm / grey.width;
   if (depth_mm > 0.0 && std::abs(depth_mm - grey.height * mm) > kAspect * depth_mm)
     wrong("part.depth_mm",
-          std::to_string(depth_mm) + " mm is not the picture's depth: " + std::to_string(grey.height) +
+          for_people(depth_mm) + " mm is not the picture's depth: " + std::to_string(grey.height) +
               " rows of " + std::to_string(mm) + " mm are " + std::to_string(grey.height * mm) + " mm");
   return {mm, mm};
 }

@@ -10,6 +10,7 @@
 #include "core/control/lines/visible_width.h"
 #include "core/grid/npy.h"
 #include "core/motion/aerosol/check.h"
+#include "core/options/for_people.h"
 #include "core/path/job_codec.h"
 #include "core/path/line_stations.h"
 #include "files/digest.h"
@@ -147,10 +148,10 @@ void check_aerosol_inputs(const Experiment& e, const Blobs& inputs) {
   for (std::size_t n = 0; n < job.segments.size(); ++n)
     for (const Point2& p : {job.segments[n].from, job.segments[n].to})
       if (p.x_mm < g.x_mm(0) || p.x_mm > g.x_mm(g.nx - 1) || p.y_mm < g.y_mm(0) || p.y_mm > g.y_mm(g.ny - 1))
-        throw UsageError(e.aerosol.job + ": segments[" + std::to_string(n) + "]: (" + std::to_string(p.x_mm) +
-                         ", " + std::to_string(p.y_mm) + ") mm is beside the grid, x " +
-                         std::to_string(g.x_mm(0)) + " to " + std::to_string(g.x_mm(g.nx - 1)) + ", y " +
-                         std::to_string(g.y_mm(0)) + " to " + std::to_string(g.y_mm(g.ny - 1)) + " mm");
+        throw UsageError(e.aerosol.job + ": segments[" + std::to_string(n) + "]: (" + for_people(p.x_mm) +
+                         ", " + for_people(p.y_mm) + ") mm is beside the grid, x " + for_people(g.x_mm(0)) +
+                         " to " + for_people(g.x_mm(g.nx - 1)) + ", y " + for_people(g.y_mm(0)) + " to " +
+                         for_people(g.y_mm(g.ny - 1)) + " mm");
   const Machine machine = machine_of_lines(e, blob(inputs, "machine").bytes);
   check_common_travel(e, machine);
   check_travel(e, machine, job);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/options/range.h"
+
 namespace firn::slice {
 namespace {
 
@@ -37,7 +39,7 @@ double distance2(const At& a, const At& b, double x, double y) {
 
 GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm) {
   if (!(pitch_mm > 0.0 && pitch_mm <= 100.0))
-    throw std::invalid_argument("a grid's pitch of " + std::to_string(pitch_mm) +
+    throw std::invalid_argument("a grid's pitch of " + shortest_text(pitch_mm) +
                                 " mm is not within (0, 100]");
   double x0 = std::numeric_limits<double>::max(), y0 = x0, x1 = -x0, y1 = -x0;
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/options/range.h"
 #include "core/slice/mesh/plane_finder.h"
 #include "core/slice/mesh/segments.h"
 #include "core/slice/mesh/snap_facets.h"
@@ -185,11 +186,11 @@ void cut_chunk(const FacetView& facets, const Affine& affine, std::size_t first,
 std::vector<std::int32_t> layer_planes(double layer_height_mm, std::int32_t top) {
   const double height = layer_height_mm * geometry::kUnitsPerMm;
   if (!(std::isfinite(height) && height >= 10.0))
-    throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) +
+    throw std::invalid_argument("layer_height_mm = " + shortest_text(layer_height_mm) +
                                 " must be 0.001 or more");
   constexpr int kMax = 1'000'000;
   if (double(top) / height > kMax)
-    throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) +
+    throw std::invalid_argument("layer_height_mm = " + shortest_text(layer_height_mm) +
                                 " makes more than a million layers");
   std::vector<std::int32_t> planes;
   for (int n = 1;; ++n) {

@@ -14,6 +14,7 @@
 #endif
 
 #include "core/exact/exact_math.h"
+#include "core/options/range.h"
 #include "core/slice/mesh/facet_chunks.h"
 #include "core/slice/mesh/snap.h"
 
@@ -167,7 +168,7 @@ bool diagonal(const Matrix& m) {
 
 Matrix linear(const Placement& p) {
   if (!(std::isfinite(p.unit_mm) && p.unit_mm > 0.0))
-    refuse("unit of " + std::to_string(p.unit_mm) + " mm must be above 0");
+    refuse("unit of " + shortest_text(p.unit_mm) + " mm must be above 0");
   Matrix m = kIdentity;
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(p.scale[axis]) || p.scale[axis] == 0.0)
