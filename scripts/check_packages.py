@@ -43,7 +43,7 @@ EVIDENCE = {
     "python3-matplotlib": r"import matplotlib", "python3-jsonschema": r"import jsonschema", "python3-nbformat": r"import nbformat", "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
     "groff-base": r"\"groff\"", "zsh": r"\"zsh\"", "fish": r"\"fish\"",
     "slurm-wlm": r"slurmctld", "munge": r"munged", "parallel": r"kProgram = \"parallel\"|\"parallel\"", "iproute2": r'"ip", "netns"', "openssh-server": r"\"sshd\"", "openssh-client": r"\"ssh-keygen\"", "rsync": r"\"rsync\"",
-    "debootstrap": r"command -v debootstrap", "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "nodejs": r'"node", "--test"', "npm": r'"npm", "ci"', "clang-format": r"clang-format", "clang-tidy": r'"clang-tidy", "--quiet"', "cppcheck": r'"cppcheck", "--std=c11"', "dpkg-dev": r"dpkg-shlibdeps", "mkdocs": r"/usr/bin/mkdocs", "frama-c-base": r'"frama-c"', "lintian": r"\"lintian\"", "clang": r"clang\+\+", "gcc-avr": r"find_program\(AVR_GCC avr-gcc", "avr-libc": r"\bavr/io\.h\b", "libsimavr-dev": r"<simavr/", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
+    "debootstrap": r"command -v debootstrap", "coinor-cbc": r"command -v cbc", "stress-ng": r'which\("stress-ng"\)', "chromium": r"chromium --headless", "nodejs": r'"node", "--test"', "npm": r'"npm", "ci"', "clang-format": r"clang-format", "clang-tidy": r'"clang-tidy", "--quiet"', "cppcheck": r'"cppcheck", "--std=c11"', "dpkg-dev": r"dpkg-shlibdeps", "mkdocs": r"/usr/bin/mkdocs", "frama-c-base": r'"frama-c"', "lintian": r"\"lintian\"", "clang": r"clang\+\+", "gcc-avr": r"find_program\(AVR_GCC avr-gcc", "avr-libc": r"\bavr/io\.h\b", "libsimavr-dev": r"<simavr/", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 
 FIND = re.compile(r"\bfind_(package|library|program|path)\s*\(\s*(\S+)([^)]*)\)")
@@ -52,7 +52,8 @@ FIND_HEADERS = re.compile(r"^firn_find_headers\(\S+ \S+ ([^\s)]+)", re.M)  # nam
 
 def listed(root):
     lines = (re.sub(r"#.*", "", line).strip() for line in read(root, "scripts/packages.txt").splitlines())
-    return [line.partition("|")[0] for line in lines if line and not line.startswith("[")]
+    names = (line.partition("|")[0] for line in lines if line and not line.startswith("["))
+    return [name for name in names if name != "-"]
 
 
 def wanted_by_cmake(root):

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Kills random processes of live prints at random moments, resumes each print until it is finished, checks audit and
 # replay, and prints a line a print and a table of the victims.
-#   tests/bench/random_kills.sh [N] [--seed S] [--victim NAME] [--lab inkjet|two_inks|watched|lines|ice] [--hardships]
+#   tests/bench/random_kills.sh [N] [--seed S] [--victim NAME] [--lab inkjet|two_inks|watched|lines|camera_alone|ice|places] [--hardships]
 # --hardships: a network that loses a tenth in half of the prints, a disk that stalls or fills in half of them.
 # N prints (100) from seed S (1). A failed print is repeated by FIRN_KILL_SEED=its seed FIRN_KILLS=1.
 set -uo pipefail
