@@ -145,7 +145,7 @@ int oscillate(sunrealtype t, N_Vector y, N_Vector rate, void*) {
 
 void add_sundials(Fingerprint& to) {
   SUNContext context = nullptr;
-  SUNContext_Create(0, &context);
+  SUNContext_Create(SUN_COMM_NULL, &context);
   const N_Vector y = N_VNew_Serial(2, context);
   N_VConst(0.5, y);
   void* memory = CVodeCreate(CV_ADAMS, context);

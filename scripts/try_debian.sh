@@ -43,11 +43,11 @@ git -C "$machine/firn" reset -q
 
 inside() { "$machine_of" run "$machine" -- bash -ec "cd /firn; git config --global --replace-all safe.directory /firn; $1"; }
 
-sections="demo build"
-((${#targets[@]})) || sections+=" test spy python package"
-((${#rooms[@]} == 0)) || sections="demo build test spy python"
+sections="demo build test spy python droplets"  # the tests are configured whatever is built
+((${#targets[@]} + ${#rooms[@]})) || sections+=" package"
 say "installing packages: $sections"
-inside "apt-get -qq update; command -v git >/dev/null || apt-get -qq install -y --no-install-recommends git ca-certificates >/dev/null"
+"$machine_of" run "$machine" -- sh -ec "apt-get -qq update
+  command -v git >/dev/null || apt-get -qq install -y --no-install-recommends git ca-certificates >/dev/null"
 inside "source <(sed -n '/^say()/,/^# Plain progress/p' firn); root=/firn; package_list=/firn/scripts/packages.txt
   install_packages $sections; unpack_headers"
 

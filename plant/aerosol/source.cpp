@@ -53,7 +53,7 @@ struct Source::Solver {
   SourceInput input;
 
   Solver() {
-    succeeded(SUNContext_Create(0, &context), "SUNContext_Create");
+    succeeded(SUNContext_Create(SUN_COMM_NULL, &context), "SUNContext_Create");
     y = N_VNew_Serial(2, context);
     N_VConst(0.0, y);
     cvode = CVodeCreate(CV_ADAMS, context);

@@ -20,8 +20,7 @@ struct Cvode {
   void* memory = nullptr;
 
   Cvode(const char* owner, int states, CVRhsFn right_hand_side, void* user) : name(owner) {
-    // 0: no communicator, a null pointer in SUNDIALS 6 and SUN_COMM_NULL in 7.
-    require(SUNContext_Create(0, &context), "SUNContext_Create");
+    require(SUNContext_Create(SUN_COMM_NULL, &context), "SUNContext_Create");
     y = N_VNew_Serial(states, context);
     memory = CVodeCreate(CV_ADAMS, context);
     iteration = SUNNonlinSol_FixedPoint(y, 0, context);

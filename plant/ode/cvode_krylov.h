@@ -27,7 +27,7 @@ struct CvodeKrylov {
       : name(owner) {
     constexpr int kSubspace = 60;
     constexpr long kMostSteps = 200000;
-    require(SUNContext_Create(nullptr, &context), "SUNContext_Create");
+    require(SUNContext_Create(SUN_COMM_NULL, &context), "SUNContext_Create");
     y = N_VNew_Serial(states, context);
     memory = CVodeCreate(CV_BDF, context);
     linear = SUNLinSol_SPGMR(y, SUN_PREC_RIGHT, kSubspace, context);
