@@ -55,7 +55,7 @@ say "building"
 if ((${#targets[@]} + ${#rooms[@]} == 0)); then
   inside "./firn test"
 else
-  inside "[ -f build/build.ninja ] || cmake --preset default >/dev/null; ninja -C build ${targets[*]} $(printf 'test_%s ' "${rooms[@]}")"
+  inside "[ -f build/build.ninja ] || cmake --preset default >/dev/null; ninja -C build ${targets[*]} ${rooms[*]/#/test_}"
   for room in "${rooms[@]}"; do inside "ctest --test-dir build -L '^$room' --output-on-failure"; done
 fi
 

@@ -37,7 +37,7 @@ def main():
     arguments.add_argument("--prints", type=int, default=10)
     arguments.add_argument("--load", type=float, default=2.0, help="busy processes per core")
     arguments.add_argument("--stress", default="", help="options of stress-ng instead of --cpu N")
-    arguments.add_argument("--experiment", default=ROOT / "experiments" / "cylinder.toml")
+    arguments.add_argument("--experiment", default=ROOT / "experiments" / "demo.toml")
     arguments.add_argument("--firn", default=ROOT / "build" / "bin" / "firn")
     given = arguments.parse_args()
     stress = shutil.which("stress-ng")

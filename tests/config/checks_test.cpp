@@ -99,7 +99,7 @@ TEST_CASE("Grid, run-up, scan and parking stay within the stage's limits") {
 TEST_CASE("Lamp, lease, profiler line, model and run name are checked against each other") {
   CHECK(says("process.exposure_s = 21.0", "must not exceed lamp.max_on_s = 20.0 s"));
   CHECK(says("run.safety_period_s = 0.2", "at most half of run.lease_s = 0.3 s"));
-  CHECK(says("laser_profiler.dx_mm = 0.0001", "needs more than 64 swaths of a grid of 10.26"));
+  CHECK(says("laser_profiler.dx_mm = 0.0001", "needs more than 64 swaths of a grid of 10.3 mm"));
   CHECK(says("model.h2_mm = 0.005", "must not exceed model.h1_mm"));
   for (const char* bad : {"", "../x", ".hidden", "a b", "a/b"})
     CHECK(says("run.name = \"" + std::string(bad) + "\"", "run.name"));
