@@ -60,7 +60,7 @@ else
 fi
 
 say "what the programs need on $release"
-inside 'dpkg-query -W -f "${Package} ${Version}\n" "libsundials-cvode*" "libhdf5-*" "catch2" "libopencv-core*" "g++" "libsleef*" 2>/dev/null | grep -v " $"
+inside 'dpkg-query -W -f "\${Package} \${Version}\n" "libsundials-cvode*" "libhdf5-*" "catch2" "libopencv-core*" "g++" "libsleef*" 2>/dev/null | grep -v " $"
   ldd build/bin/firn | sed -n "s/ => .*//p" | sort
   grep -haoE "libhdf5_serial(_hl)?\.so\.[0-9]+" build/bin/firn | sort -u'
 inside 'build/bin/firn print experiments/cuboid.toml --bus in-process --set part.height_mm=0.02 --runs /tmp/runs >/dev/null
