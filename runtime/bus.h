@@ -21,6 +21,8 @@ class Bus {
   virtual void receive(const Sink& sink) = 0;
   virtual void publish(std::string_view channel,
                        std::span<const std::byte> datagram) = 0;  ///< from any thread
+  /// Returns how many bytes wait for a receiver that is busy, before datagrams are lost.
+  virtual std::size_t receive_buffer_bytes() const { return 0; }
 };
 
 }  // namespace firn

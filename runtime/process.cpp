@@ -57,7 +57,10 @@ class Runner {
         wal_(run_.wal_path(name_), options.incarnation > 0),
         host_(options.node, std::move(node), options.run_id, &wal_),
         transport_(
-            {options.node, options.run_id, options.incarnation},
+            {.self = options.node,
+             .run_id = options.run_id,
+             .incarnation = options.incarnation,
+             .burst_bytes = TransportOptions::burst_into(bus.receive_buffer_bytes())},
             [this](const ChannelInfo& row, std::span<const std::byte> b) { received(row, b); },
             [this](std::string_view c, std::int64_t s, std::vector<std::byte>& to) {
               return find_sent(wal_.path(), c, s, to);

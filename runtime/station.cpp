@@ -22,7 +22,11 @@ Station::Station(const ProcessOptions& options, Bus& bus, Transport::Deliver del
       clock_(options.epoch_ns, options.offset_us, options.time_scale),
       sent_(sent_path(options), options.incarnation > 0),
       outbox_(options.node, options.run_id),
-      transport_({options.node, options.run_id, options.incarnation}, std::move(deliver),
+      transport_({.self = options.node,
+                  .run_id = options.run_id,
+                  .incarnation = options.incarnation,
+                  .burst_bytes = TransportOptions::burst_into(bus.receive_buffer_bytes())},
+                 std::move(deliver),
                  [this](std::string_view c, std::int64_t s, std::vector<std::byte>& to) {
                    return find_sent(sent_.path(), c, s, to);
                  }),

@@ -31,7 +31,11 @@ struct TransportOptions {
                              << 20;    ///< received out of order or in pieces, over all channels
   std::int64_t patience_us = 5'000;    ///< a gap may be mere reordering for so long
   std::int64_t ask_again_us = 20'000;  ///< doubles up to 16 times this while nothing comes
-  std::int64_t tile_gap_us = 200;      ///< between full tiles
+  std::int64_t tile_gap_us = 200;      ///< between full tiles, in the mean
+  std::size_t burst_bytes = 0;         ///< of tiles that may leave without a gap after a pause
+
+  /// A quarter of what waits for a busy receiver: several senders may speak at the same time.
+  static std::size_t burst_into(std::size_t receive_buffer_bytes) { return receive_buffer_bytes / 4; }
 };
 
 struct TransportStats {

@@ -1,5 +1,6 @@
 #include "runtime/transport_sender.h"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -103,6 +104,12 @@ void TransportSender::resend(const wire::SeqRange& range, std::int64_t wall_us) 
   }
 }
 
+std::int64_t TransportSender::gap_us(std::size_t bytes) const {
+  return options_.tile_gap_us * std::int64_t(bytes) / std::int64_t(wire::kTileDataBytes);
+}
+
+// The pace is a bucket of burst_bytes that fills as time goes [ITU-T I.371, generic cell rate algorithm]:
+// paced_ready_us_ is the time at which what has left would be through at the pace, or so much before it.
 bool TransportSender::next(std::int64_t wall_us, Transport::Datagram& out) {
   if (!at_once_.empty()) {
     current_ = std::move(at_once_.front());
@@ -112,8 +119,7 @@ bool TransportSender::next(std::int64_t wall_us, Transport::Datagram& out) {
     paced_.pop_front();
     // Small messages that are sent again follow each other in proportion to their size.
     const auto size = std::min(current_.bytes->size(), wire::kTileDataBytes);
-    paced_ready_us_ =
-        wall_us + options_.tile_gap_us * std::int64_t(size) / std::int64_t(wire::kTileDataBytes);
+    paced_ready_us_ = std::max(paced_ready_us_, wall_us - gap_us(options_.burst_bytes)) + gap_us(size);
   } else {
     return false;
   }

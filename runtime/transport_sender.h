@@ -50,6 +50,8 @@ class TransportSender {
   Ring& ring(std::string_view channel);
   Bytes keep(Ring& r, std::span<const std::byte> message);
   void queue(const Ring& r, Bytes bytes, bool again);
+  /// The time that so many bytes take at the pace.
+  std::int64_t gap_us(std::size_t bytes) const;
 
   TransportOptions options_;
   Transport::Fetch fetch_;
@@ -58,7 +60,7 @@ class TransportSender {
   std::size_t kept_bytes_ = 0;
   std::deque<Waiting> at_once_, paced_;
   std::size_t backlog_bytes_ = 0;
-  std::int64_t paced_ready_us_ = 0;
+  std::int64_t paced_ready_us_ = 0;  // no paced message leaves before
   Waiting current_;
   std::vector<std::byte> current_tile_;
   std::uint64_t resent_ = 0;

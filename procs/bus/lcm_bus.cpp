@@ -25,6 +25,14 @@ void set_option(int fd, int level, int option, const T& value, const char* name)
     throw std::runtime_error(std::string(name) + ": " + std::strerror(errno));
 }
 
+// Linux reports twice the size for data.
+int granted(int fd) {
+  int twice = 0;
+  socklen_t size = sizeof twice;
+  ::getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &twice, &size);
+  return twice / 2;
+}
+
 int number(std::string_view text, int low, int high, const char* name) {
   const std::optional<int> v = whole_number(text, low, high);
   if (!v)
@@ -262,16 +270,16 @@ std::string LcmBus::dropped_text() const {
   return total == 0 ? "" : std::to_string(total) + " foreign datagrams dropped (" + causes + ")";
 }
 
+std::size_t LcmBus::receive_buffer_bytes() const { return std::size_t(granted(receiver_)); }
+
 int granted_receive_buffer() {
   const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return 0;
   const int wanted = kWantedReceiveBuffer;
-  int granted = 0;
-  socklen_t size = sizeof granted;
   ::setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &wanted, sizeof wanted);
-  ::getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size);
+  const int bytes = granted(fd);
   ::close(fd);
-  return granted / 2;  // Linux reports twice the size for data
+  return bytes;
 }
 
 std::string receive_buffer_warning() {

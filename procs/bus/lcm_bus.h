@@ -40,6 +40,8 @@ class LcmBus : public Bus {
   /// Datagrams that are no whole message of a process of this run are dropped and counted.
   void receive(const Sink& sink) override;
   void publish(std::string_view channel, std::span<const std::byte> datagram) override;
+  /// As the kernel grants them to this process; all of a run ask for the same.
+  std::size_t receive_buffer_bytes() const override;
 
   /// Listens to the channels of the lab's own programs, and to those subscribed.
   void subscribe_own();

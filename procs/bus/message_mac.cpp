@@ -19,6 +19,19 @@ constexpr std::size_t kAnyNumber = ~std::size_t(0);  // of senders: the run's pr
 constexpr std::size_t kOwnSenders = 256, kOwnPrograms = 256;
 static_assert(kMacTrailerBytes == kNumbersBytes + KeyedHash::kBytes);
 
+/// Returns a key for one purpose, from which `key` cannot be computed.
+BusKey derived(const BusKey& key, std::string_view purpose) {
+  KeyedHash hash(key);
+  BusKey of;
+  for (std::size_t half = 0; half < 2; ++half) {
+    std::array<std::byte, kNumbersBytes> number{};
+    number.back() = std::byte(half);
+    hash.compute(purpose, {}, number,
+                 std::span(of.bytes).subspan(half * KeyedHash::kBytes).first<KeyedHash::kBytes>());
+  }
+  return of;
+}
+
 void put(std::uint64_t v, std::byte* to) {
   for (int k = 0; k < 8; ++k) to[k] = std::byte(v >> (56 - 8 * k));
 }
@@ -59,7 +72,34 @@ void KeyedHash::compute(std::string_view channel, std::span<const std::byte> mes
     throw std::runtime_error("BLAKE2b with a key failed in OpenSSL");
 }
 
-MessageMac::MessageMac(const BusKey& key) : hash_(key) {
+void KeyedCode::Free::operator()(evp_cipher_ctx_st* context) const { EVP_CIPHER_CTX_free(context); }
+
+KeyedCode::KeyedCode(const BusKey& key) : context_(EVP_CIPHER_CTX_new()) {
+  const BusKey of = derived(key, "AES-256-GMAC");
+  EVP_CIPHER_CTX* c = context_.get();
+  if (!c || EVP_EncryptInit_ex(c, EVP_aes_256_gcm(), nullptr, nullptr, nullptr) != 1 ||
+      EVP_CIPHER_CTX_ctrl(c, EVP_CTRL_AEAD_SET_IVLEN, int(kNumbersBytes), nullptr) != 1 ||
+      EVP_EncryptInit_ex(c, nullptr, nullptr, raw(of.bytes.data()), nullptr) != 1)
+    throw std::runtime_error("AES-256-GCM is not available in this OpenSSL");
+}
+
+// The channel ends with a zero: no other channel and message have the same bytes.
+void KeyedCode::compute(std::string_view channel, std::span<const std::byte> message,
+                        std::span<const std::byte, 16> sender_and_number, std::span<std::byte, kBytes> to) {
+  EVP_CIPHER_CTX* c = context_.get();
+  const unsigned char end = 0;
+  int written = 0;
+  if (EVP_EncryptInit_ex(c, nullptr, nullptr, nullptr, raw(sender_and_number.data())) != 1 ||
+      EVP_EncryptUpdate(c, nullptr, &written, raw(channel.data()), int(channel.size())) != 1 ||
+      EVP_EncryptUpdate(c, nullptr, &written, &end, 1) != 1 ||
+      (!message.empty() &&
+       EVP_EncryptUpdate(c, nullptr, &written, raw(message.data()), int(message.size())) != 1) ||
+      EVP_EncryptFinal_ex(c, nullptr, &written) != 1 ||
+      EVP_CIPHER_CTX_ctrl(c, EVP_CTRL_AEAD_GET_TAG, int(to.size()), to.data()) != 1)
+    throw std::runtime_error("AES-256-GCM failed in OpenSSL");
+}
+
+MessageMac::MessageMac(const BusKey& key) : code_(key), hash_(key) {
   if (::getrandom(&sender_, sizeof sender_, 0) != ssize_t(sizeof sender_))
     throw std::runtime_error("getrandom, for the number of a sender on the bus, failed");
 }
@@ -68,7 +108,12 @@ void MessageMac::write(std::string_view channel, std::span<const std::byte> mess
                        std::span<std::byte, kMacTrailerBytes> trailer) {
   put(sender_, trailer.data());
   put(++number_, trailer.data() + 8);
-  hash_.compute(channel, message, trailer.first<kNumbersBytes>(), trailer.last<KeyedHash::kBytes>());
+  const auto numbers = trailer.first<kNumbersBytes>();
+  const auto to = trailer.last<KeyedHash::kBytes>();
+  if (channel.starts_with(kOwnPrefix))
+    hash_.compute(channel, message, numbers, to);
+  else
+    code_.compute(channel, message, numbers, to);
 }
 
 bool MacVerifier::Seen::take(std::uint64_t number) {
@@ -86,16 +131,7 @@ bool MacVerifier::Seen::take(std::uint64_t number) {
 }
 
 BusKey own_key(const BusKey& run, std::string_view program) {
-  KeyedHash hash(run);
-  BusKey key;
-  const std::string of = std::string(kOwnPrefix) + std::string(program);
-  for (std::size_t half = 0; half < 2; ++half) {
-    std::array<std::byte, kNumbersBytes> number{};
-    number.back() = std::byte(half);
-    hash.compute(of, {}, number,
-                 std::span(key.bytes).subspan(half * KeyedHash::kBytes).first<KeyedHash::kBytes>());
-  }
-  return key;
+  return derived(run, std::string(kOwnPrefix) + std::string(program));
 }
 
 MacFault MacVerifier::open(std::string_view channel, std::span<const std::byte>& datagram) {
@@ -105,19 +141,20 @@ MacFault MacVerifier::open(std::string_view channel, std::span<const std::byte>&
   if (const auto known = own_.find(program); known != own_.end())
     return known->second.open(channel, datagram, kOwnSenders);
   if (own_.size() >= kOwnPrograms) return MacFault::kForged;
-  Holders holders(own_key(key_, program));
+  Holders<KeyedHash> holders(own_key(key_, program));
   const MacFault fault = holders.open(channel, datagram, kOwnSenders);
   if (fault == MacFault::kNone) own_.emplace(program, std::move(holders));
   return fault;
 }
 
-MacFault MacVerifier::Holders::open(std::string_view channel, std::span<const std::byte>& datagram,
-                                    std::size_t most_senders) {
+template <class Code>
+MacFault MacVerifier::Holders<Code>::open(std::string_view channel, std::span<const std::byte>& datagram,
+                                          std::size_t most_senders) {
   if (datagram.size() < kMacTrailerBytes) return MacFault::kForged;
   const auto message = datagram.first(datagram.size() - kMacTrailerBytes);
   const auto trailer = datagram.last<kMacTrailerBytes>();
-  std::byte wanted[KeyedHash::kBytes];
-  hash.compute(channel, message, trailer.first<kNumbersBytes>(), wanted);
+  std::byte wanted[Code::kBytes];
+  code.compute(channel, message, trailer.first<kNumbersBytes>(), wanted);
   if (CRYPTO_memcmp(wanted, trailer.data() + kNumbersBytes, sizeof wanted) != 0) return MacFault::kForged;
   const std::uint64_t sender = get(trailer.data());
   if (senders.size() >= most_senders && !senders.contains(sender)) return MacFault::kForged;

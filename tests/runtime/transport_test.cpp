@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "runtime/transport_wire.h"
 #include "tests/runtime/transport_net.h"
 
 using namespace firn;
@@ -156,6 +157,26 @@ TEST_CASE("tiles leave no closer than the pace, and small messages overtake them
   for (std::size_t n = 1; n < at.size(); ++n) CHECK(at[n] - at[n - 1] == 200);
   CHECK(t.backlog_bytes() == 0);
   CHECK(t.due_us(0) == std::numeric_limits<std::int64_t>::max());
+}
+
+TEST_CASE(
+    "as many bytes as a receiver holds leave at once, what follows keeps the pace, and a pause lets as many "
+    "again") {
+  RandomStream random(8, Purpose::kTest);
+  TransportOptions options{NodeId::kScheduler, kRun};
+  options.burst_bytes = 4 * wire::kTileDataBytes;
+  Transport t(options, [](const ChannelInfo&, std::span<const std::byte>) {});
+  const auto times_of = [&](std::int64_t seq, std::int64_t from_us) {
+    t.send("STAGE_COMMAND", message(seq, 10 * wire::kTileDataBytes - 36, random), from_us);
+    std::vector<std::int64_t> at;
+    Transport::Datagram d;
+    for (std::int64_t now = from_us; now < from_us + 10'000; ++now)
+      while (t.next_datagram(now, d)) at.push_back(now - from_us);
+    return at;
+  };
+  const std::vector<std::int64_t> wanted{0, 0, 0, 0, 0, 200, 400, 600, 800, 1000};
+  CHECK(times_of(1, 50'000) == wanted);
+  CHECK(times_of(2, 100'000) == wanted);
 }
 
 TEST_CASE("requests are few: a dead publisher is asked with growing pauses") {
