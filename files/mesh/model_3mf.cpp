@@ -32,6 +32,55 @@ constexpr std::pair<std::string_view, double> kUnits[] = {{"micron", 0.001},    
                                                           {"centimeter", 10.0}, {"inch", 25.4},
                                                           {"foot", 304.8},      {"meter", 1000.0}};
 
+struct RowShape {
+  std::string_view begin;
+  std::array<std::string_view, 3> keys;
+};
+constexpr RowShape kVertexRow{"<vertex", {"x", "y", "z"}}, kTriangleRow{"<triangle", {"v1", "v2", "v3"}};
+
+/// Reads rows of one shape from a text.
+class RowText {
+ public:
+  explicit RowText(std::string_view text) : text_(text) {}
+  /// @returns the place behind the blanks
+  std::size_t skip_blanks() {
+    while (at_ < text_.size() && is_blank(text_[at_])) ++at_;
+    return at_;
+  }
+  /// Takes an element that has the keys of the shape, in their order, and nothing else.
+  bool take(const RowShape& shape, std::array<std::string_view, 3>& words) {
+    if (!literal(shape.begin)) return false;
+    for (std::size_t n = 0; n < 3; ++n)
+      if (!blank() || !literal(shape.keys[n]) || !word(words[n])) return false;
+    skip_blanks();
+    return literal("/>");
+  }
+
+ private:
+  static bool is_blank(char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
+  bool blank() {
+    const std::size_t from = at_;
+    return skip_blanks() > from;
+  }
+  bool literal(std::string_view wanted) {
+    if (!text_.substr(at_).starts_with(wanted)) return false;
+    at_ += wanted.size();
+    return true;
+  }
+  bool word(std::string_view& to) {
+    if (text_.size() - at_ < 2 || text_[at_] != '=') return false;
+    const char quote = text_[at_ + 1];
+    if (quote != '"' && quote != '\'') return false;
+    const std::size_t from = at_ += 2;
+    while (at_ < text_.size() && text_[at_] != quote) ++at_;
+    to = text_.substr(from, at_ - from);
+    return at_ < text_.size() && text_[at_++] == quote;
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
 class ModelHandler final : public XmlHandler {
  public:
   ModelHandler(const std::string& source, std::size_t max_bytes)
@@ -40,8 +89,25 @@ class ModelHandler final : public XmlHandler {
   XmlReader& reader() { return reader_; }
   Model3mf take() { return std::move(model_); }
 
+  bool expects_rows() const override { return object_ && depth_ == rows_depth_; }
+
+  // <vertex x="1.5" y="0" z="2"/>, <triangle v1="0" v2="1" v3="2"/>: a real mesh has little else.
+  std::size_t read_rows(std::string_view text) override {
+    const RowShape& shape = rows_are_triangles_ ? kTriangleRow : kVertexRow;
+    RowText row(text);
+    std::size_t read = row.skip_blanks();
+    std::array<std::string_view, 3> words;
+    while (row.take(shape, words) && add_row(words)) read = row.skip_blanks();
+    return read;
+  }
+
   void begin(const XmlName& element, const XmlAttributes& a) override {
+    ++depth_;
     const bool core = is_core(element);
+    if (core && (element.local == "vertices" || element.local == "triangles")) {
+      rows_are_triangles_ = element.local == "triangles";
+      rows_depth_ = depth_;
+    }
     if (core && element.local == "vertex")
       vertex(a);
     else if (core && element.local == "triangle")
@@ -67,6 +133,7 @@ class ModelHandler final : public XmlHandler {
   }
 
   void end(const XmlName& element) override {
+    if (depth_-- == rows_depth_) rows_depth_ = kNoRows;
     if (!is_core(element)) return;
     if (element.local == "metadata" && !key_.empty()) end_metadata();
     if (element.local == "object") end_object();
@@ -153,9 +220,25 @@ class ModelHandler final : public XmlHandler {
     if (!object_) return;
     take_bytes(sizeof(std::array<double, 3>));
     std::array<double, 3> p;
-    static constexpr std::string_view kAxes[] = {"x", "y", "z"};
-    for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = number(needed(a, kAxes[axis]), kAxes[axis]);
+    const auto& axes = kVertexRow.keys;
+    for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = number(needed(a, axes[axis]), axes[axis]);
     object_->vertices.push_back(p);
+  }
+
+  // @returns false where the words are no numbers
+  bool add_row(const std::array<std::string_view, 3>& words) {
+    const auto add = [&]<class T>(std::vector<std::array<T, 3>>& to) {
+      std::array<T, 3> numbers;
+      for (std::size_t n = 0; n < 3; ++n) {
+        const std::optional<T> value = whole_number<T>(words[n]);
+        if (!value) return false;
+        numbers[n] = *value;
+      }
+      take_bytes(sizeof numbers);
+      to.push_back(numbers);
+      return true;
+    };
+    return rows_are_triangles_ ? add(object_->triangles) : add(object_->vertices);
   }
 
   void triangle(const XmlAttributes& a) {
@@ -213,6 +296,7 @@ class ModelHandler final : public XmlHandler {
     }
   }
 
+  static constexpr int kNoRows = -1;
   static constexpr std::size_t kMaxNotRead = 5;  // of one object, each named once
 
   XmlReader reader_;
@@ -220,6 +304,8 @@ class ModelHandler final : public XmlHandler {
   Object3mf* object_ = nullptr;
   std::string id_, role_, key_, value_;
   std::size_t bytes_ = 0, max_bytes_;
+  int depth_ = 0, rows_depth_ = kNoRows;  // elements that are open; the one that has rows
+  bool rows_are_triangles_ = false;
 };
 
 }  // namespace

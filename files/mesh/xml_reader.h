@@ -2,6 +2,7 @@
 // for errors. Document types, and with them entities, are refused.
 #pragma once
 
+#include <cstdint>
 #include <exception>
 #include <map>
 #include <memory>
@@ -30,9 +31,16 @@ class XmlAttributes {
   const char** pairs_;
 };
 
+/// A handler may read rows itself: hundreds of thousands of empty elements, one behind the other, in an
+/// element that it expects them in. What it leaves goes through expat, which checks it.
 class XmlHandler {
  public:
   virtual ~XmlHandler() = default;
+  /// Whether rows may follow here, in the element that has begun last and not ended.
+  virtual bool expects_rows() const { return false; }
+  /// Reads white space and elements, whole and without a prefix, from the start of `text` on, which stands
+  /// between two elements. @returns the number of bytes read; what follows is something else, or cut
+  virtual std::size_t read_rows(std::string_view) { return 0; }
   virtual void begin(const XmlName& element, const XmlAttributes& attributes) = 0;
   virtual void end(const XmlName&) {}
   virtual void text(std::string_view) {}
@@ -56,6 +64,10 @@ class XmlReader {
  private:
   struct Callbacks;
   void parse(std::string_view piece, bool last);
+  /// @param piece that ends with its first ">", or has none
+  void parse_to_tag(std::string_view piece);
+  bool all_parsed() const;
+  void skip(std::string_view rows);
   template <class Call>
   void guarded(const Call& call);
 
@@ -66,7 +78,16 @@ class XmlReader {
   };
   std::unique_ptr<XML_ParserStruct, Free> parser_;
   std::map<std::string, std::string> spaces_;
-  std::exception_ptr thrown_;  ///< by the handler: it must not pass through expat
+  std::exception_ptr thrown_;            ///< by the handler: it must not pass through expat
+  std::uint64_t parsed_ = 0;             ///< bytes given to expat
+  std::uint64_t begun_ = 0, ended_ = 0;  ///< elements
+  bool in_rows_ = false;                 ///< the open element may have rows
+  bool at_rows_ = false;                 ///< and the bytes that come stand between two of its elements
+  std::string held_;                     ///< a tag that the last piece cut
+  // Places in the text beside those that expat knows of:
+  std::uint64_t skipped_lines_ = 0;
+  std::uint64_t shifted_line_ = 0;  ///< of expat
+  std::int64_t shift_ = 0;          ///< of its columns
 };
 
 }  // namespace firn::mesh

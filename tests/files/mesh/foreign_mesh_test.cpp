@@ -2,6 +2,8 @@
 // told in words, or refused by name.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/slicer.h"
 #include "files/mesh/mesh_file.h"
@@ -226,6 +228,73 @@ TEST_CASE("A number of a 3MF file that goes on is refused with its text and plac
              Contains("a transform of 11 numbers instead of 12"));
   CHECK_THAT(refusal(mb::threemf_of(model(object(1, kCube), "<item objectid=\"7\"/>")), "a.3mf"),
              Contains("there is no object 7, which the build names"));
+}
+
+/// Writes the mesh so that `change` has each element of its rows, which it may write in another way.
+template <class Change>
+std::string rewritten(const std::string& mesh, const Change& change) {
+  std::string out;
+  std::size_t at = 0;
+  for (std::size_t n = 0, row = 0; (row = mesh.find("<", at)) != mesh.npos; at = row) {
+    const std::size_t end = mesh.find('>', row) + 1;
+    const std::string tag = mesh.substr(row, end - row);
+    out += tag.ends_with("/>") ? change(tag, n++) : tag;
+    row = end;
+  }
+  return out;
+}
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+TEST_CASE("A mesh of many rows is the same however a 3MF file writes them") {
+  const SampleMesh drawn = gear(700);  // some hundred kilobytes: it comes in several pieces
+  const std::string mesh = mb::threemf_mesh(drawn);
+  const auto changed = [](const std::string& tag, std::size_t n) {
+    if (n % 97 == 0) return "<!-- > <vertex x=\"1\" y=\"1\" z=\"1\"/> -->" + tag;
+    if (n % 89 == 0) return "<?note > <triangle v1=\"0\" v2=\"1\" v3=\"2\"/>?>" + tag;
+    if (n % 83 == 0) return replaced(tag, "/>", "></") + tag.substr(1, tag.find(' ') - 1) + ">";
+    if (n % 79 == 0) return replaced(tag, "/>", " note=\"> a\"/>");
+    if (n % 73 == 0) return replaced(tag, "\"", "'");
+    if (n % 71 == 0) return replaced(tag, "=\"", "=\" ");
+    if (n % 67 == 0) return replaced(tag, " ", "\n\t");
+    if (n % 61 == 0) return replaced(tag, "\"/>", "\" pid=\"1\"/>");
+    return replaced(tag, "/>", " />\r\n");
+  };
+  const std::string prefixed = replaced(replaced(replaced(mesh, "</", "</c:"), "<", "<c:"), "<c:/c:", "</c:");
+  const std::string other = replaced(prefixed, "<c:mesh>", "<c:mesh xmlns=\"urn:other\">");
+  const std::string foreign =
+      replaced(other, "<c:triangles>", "<c:triangles><triangle v1=\"0\" v2=\"2\" v3=\"4\"/>");
+  for (const std::string& written : {mesh, rewritten(mesh, changed), prefixed, foreign}) {
+    const MeshData data = read_foreign(
+        mb::threemf_with(model(object(1, written)), {},
+                         "xmlns:c=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\""),
+        "a.3mf");
+    CHECK(data.vertices == drawn.vertices);
+    CHECK(data.triangles == drawn.triangles);
+  }
+}
+
+TEST_CASE("A wrong row behind many others of a 3MF mesh is told with its line and column") {
+  const std::string plain = mb::threemf_mesh(gear(700));
+  const auto refused_at = [](std::string mesh, const std::string& row) {
+    const std::size_t at = mesh.find(row) + row.find('"') + 1;
+    mesh.insert(at, "?");
+    const std::string part = mb::threemf_model(model(object(1, mesh)));
+    const std::size_t begin = part.rfind('<', part.find('?', part.find("<mesh>")));
+    const std::size_t line = part.rfind('\n', begin);
+    return std::pair(refusal(mb::threemf_archive(part), "a.3mf"),
+                     ":" + std::to_string(1 + std::ranges::count(part.substr(0, begin), '\n')) + ":" +
+                         std::to_string(begin - line) + ":");
+  };
+  const std::string row = plain.substr(plain.find("<triangle v1=\"4000\""), 40);
+  for (const std::string& mesh : {plain, replaced(plain, "/>", "/>\n"), replaced(plain, "/><", "/>\n  <"),
+                                  replaced(plain, "v3=", "\nv3=")}) {
+    const auto [refused, place] = refused_at(mesh, row.substr(0, 20));
+    CHECK_THAT(refused, Contains(place));
+  }
 }
 
 TEST_CASE("A decimal comma is refused with its text in every text format") {
