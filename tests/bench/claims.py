@@ -89,6 +89,7 @@ NOT_RUN = {
     "lucy500_10140k": "needs a scanned mesh",
     "all offset rings": "needs a scanned mesh",
     "G-code beside PrusaSlicer": "needs the peers and scanned meshes",
+    "reading 3MF": "needs a scanned mesh: ./firn bench mesh_reading",
     "thesis's chapter 3": "a table: firn reproduce barnett --only slicing",
     "`./firn demo`": "wall time of live prints at once",
     "a long run": "minutes: ./firn bench long_run",
