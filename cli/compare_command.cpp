@@ -10,17 +10,15 @@
 #include <string_view>
 
 #include "cli/commands.h"
-#include "cli/compare_on.h"
 #include "cli/compare_show.h"
+#include "cli/make_study.h"
 #include "cli/option_set.h"
-#include "cli/study_state.h"
 #include "cli/user_config.h"
 #include "config/include.h"
 #include "config/study_labs.h"
 #include "core/options/for_people.h"
 #include "files/exit_codes.h"
 #include "files/usage_error.h"
-#include "print/progress.h"
 #include "report/study/study_answer.h"
 #include "report/study/study_page.h"
 #include "report/study/study_profile.h"
@@ -32,7 +30,6 @@
 #include "studies/compare/declared_commit.h"
 #include "studies/compare/recorded_study.h"
 #include "studies/compare/study_runner.h"
-#include "studies/compare/study_shards.h"
 
 namespace firn {
 namespace {
@@ -49,41 +46,6 @@ std::filesystem::path make_folder(const std::string& output, const std::string& 
   if (error || !std::filesystem::is_directory(folder))
     throw UsageError(folder.string() + ": no study folder can be made there");
   return folder;
-}
-
-// Tells the state of the folder while others may be printing into it; makes and locks nothing.
-int tell_state(const CompareOptions& options, const StudyPlan& plan, const StudyShard& shard,
-               const StudyLab& lab, StudyPlatforms platforms) {
-  StudyJournal journal(lab, platforms);
-  const std::filesystem::path folder = folder_of(options.output, plan.study.name);
-  take_journals(journal, folder, {});
-  const std::string text =
-      options.json ? study_state_json(plan, journal, shard) : study_state_text(plan, journal, shard);
-  std::fputs(text.c_str(), stdout);
-  if (options.status && !options.json) std::fputs(job_text(folder).c_str(), stdout);
-  return kOk;
-}
-
-// Reports the earlier prints of the folder.
-void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal, bool any_platform) {
-  const std::vector<const StudyCell*> wanted = cells_of(plan, {});
-  const auto found = std::size_t(
-      std::ranges::count_if(wanted, [&](const StudyCell* c) { return journal.find(c->digest) != nullptr; }));
-  if (found > 0) fmt::print(stderr, "{} of {} prints are on record\n", found, wanted.size());
-  if (journal.size() > found)
-    fmt::print(stderr, "{} results in the folder are of other settings: kept, not used\n",
-               journal.size() - found);
-  if (journal.of_other_builds() > 0)
-    fmt::print(stderr, "{} results in the folder are of another build: kept, not used\n",
-               journal.of_other_builds());
-  if (journal.of_other_platforms() > 0)
-    fmt::print(stderr,
-               "{} results in the folder are of a platform whose library functions give other results: {}\n",
-               journal.of_other_platforms(),
-               any_platform ? "used, as --platform any says" : "kept, not used; --platform any uses them");
-  if (journal.damaged() > 0)
-    fmt::print(stderr, "torn or damaged lines of the record: {}; these prints are made anew\n",
-               journal.damaged());
 }
 
 // The lab that each seed drew: a line for each seed, a column for each key; where the parts are worlds a line
@@ -222,8 +184,8 @@ int write_results(const std::filesystem::path& folder, const report::StudyTable&
 int compare_recorded(const CompareOptions& options, const Study& study, const std::filesystem::path& from) {
   if (!options.overrides.empty() || options.seeds > 0 || !options.lab.empty())
     throw UsageError("--set, --seeds, --lab: the runs are printed already");
-  if (!options.shard.empty() || options.most > 0 || options.again || options.dry_run || options.status)
-    throw UsageError("--shard, --max, --again, --dry-run, --status: the runs are printed already");
+  if (const std::string option = options.needs_folder(); !option.empty())
+    throw UsageError(option + ": the runs are printed already");
   const RecordedStudy found =
       recorded_study(study, from, options.layers.empty() ? LayerWindow{} : parse_window(options.layers));
   Provenance runs;
@@ -236,13 +198,28 @@ int compare_recorded(const CompareOptions& options, const Study& study, const st
 
 std::atomic<bool> interrupted{false};
 
+// The command of one shard, without its number.
+std::vector<std::string> shard_words(const CompareOptions& options) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> words{fs::read_symlink("/proc/self/exe").string(), "compare",
+                                 fs::absolute(options.study).string(), "-o",
+                                 fs::absolute(options.output).string()};
+  const auto add = [&](const std::string& option, const std::string& value) {
+    words.push_back(option);
+    words.push_back(value);
+  };
+  if (options.seeds > 0) add("--seeds", std::to_string(options.seeds));
+  if (!options.lab.empty()) add("--lab", fs::absolute(options.lab).string());
+  for (const std::string& assignment : options.overrides) add("--set", assignment);
+  return words;
+}
+
 }  // namespace
 
-int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop) {
-  if (options.threads < 0) throw UsageError("--threads must be 0 or more");
+int compare(const CompareOptions& given, const StudyLab& lab, const std::atomic<bool>* stop) {
+  CompareOptions options = given;
   if (!options.layers.empty())
     throw UsageError("--layers: is of runs on record, and " + options.study + " is a study to print");
-  const StudyShard shard = options.shard.empty() ? StudyShard{} : parse_shard(options.shard);
   const std::filesystem::path file = options.study;
   Study study = load_study(file);
   study.lab = options.lab;
@@ -250,61 +227,21 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   if (options.seeds > 0) take_seeds(study, std::size_t(options.seeds));
   const StudyPlan plan = plan_study(std::move(study), file.parent_path(), lab, options.study);
   const std::optional<FailIf> fail_if = parse_fail_if(options.fail_if, plan.study.arms);
-  const StudyPlatforms platforms = options.platform == "any" ? StudyPlatforms::kAny : StudyPlatforms::kThis;
-  if (options.status || options.dry_run) return tell_state(options, plan, shard, lab, platforms);
-  const std::filesystem::path folder = make_folder(options.output, plan.study.name);
-  if (!options.on.empty()) {
-    if (!options.shard.empty() || options.most > 0 || options.again)
-      throw UsageError("--on: makes all prints that are missing, so --shard, --max, --again have no meaning");
+  options.output = folder_of(options.output, plan.study.name).string();
+  StudyCall call{shard_words(options)};
+  call.stop = stop;
+  call.prepare = [&](const std::filesystem::path& folder) {
     write_study_files(folder, file, plan.study);
-    const RemoteEnd end = compare_on(options, plan, folder, platforms, stop);
-    if (!end.all_on_record) return end.code;
-  } else if (options.detach || options.cancel) {
-    throw UsageError("--detach, --cancel: are of --on slurm");
-  }
-  const std::optional<ShardFile> own =
-      options.shard.empty() ? std::nullopt : std::optional<ShardFile>(std::in_place, folder, shard);
-  const std::filesystem::path at_work = own ? own->at_work() : results_journal(folder);
-  StudyJournal journal(at_work, lab, platforms);
-  if (own) journal.take_only(cells_of(plan, shard));
-  take_journals(journal, folder, at_work);
-  tell_of_the_past(plan, journal, options.platform == "any");
-  if (!own) write_study_files(folder, file, plan.study);  // shards begin at one moment
-
-  if (const std::string few = report::few_seeds_note(plan.study.arms.size(), plan.study.seeds.size(), "seed");
-      !few.empty())
-    fmt::print(stderr, "{}\n", few);
-  StudyRunOptions run;
-  run.threads = options.threads;
-  run.stop = stop;
-  run.shard = shard;
-  run.most = std::size_t(options.most);
-  run.again = options.again;
-  StudyProgress progress(prints_to_do(plan, journal, run).size());
-  run.progress = [&](std::size_t done, std::size_t failed) { progress.printed(done, failed); };
-  const StudyRunSummary made = run_study(plan, journal, run);
-  progress.done();
-  if (made.done < made.to_do) {
-    fmt::print(stderr, "interrupted after {} of {} prints; the same command goes on\n", made.done,
-               made.to_do);
-    return kInterrupted;
-  }
-  if (made.done > 0)
-    fmt::print(stderr, "{} in {:.1f} s, {:.3f} s of processor time each\n", counted(made.done, "print"),
-               progress.elapsed_s(), made.cpu_s / double(made.done));
-  StudyRunOptions rest;
-  rest.shard = shard;
-  if (const auto left = prints_to_do(plan, journal, rest).size(); left > 0) {
-    fmt::print(stderr, "{} are left; the same command goes on\n", counted(left, "print"));
-    return kOk;
-  }
-  if (own) {
-    fmt::print("{}\n", own->finish().string());
-    return kOk;
-  }
+    if (const std::string few =
+            report::few_seeds_note(plan.study.arms.size(), plan.study.seeds.size(), "seed");
+        !few.empty())
+      fmt::print(stderr, "{}\n", few);
+  };
+  const StudyEnd end = make_study(options, plan, call);
+  if (!end.journal) return end.code;
   return write_results(
-      folder, study_table(plan, journal), differing_arms(plan), differing_parts(plan),
-      provenance(plan, file.parent_path(), options.platform == "any" ? journal.of_other_platforms() : 0),
+      options.output, study_table(plan, *end.journal), differing_arms(plan), differing_parts(plan),
+      provenance(plan, file.parent_path(), options.any_platform() ? end.journal->of_other_platforms() : 0),
       same_nature(lab), options.json, fail_if);
 }
 
@@ -360,27 +297,13 @@ void declare_compare(OptionSet& options) {
   options.option("--seeds", o.seeds, "seeds 1..N instead of the study's").within(1, 1000000);
   options.option("--lab", o.lab, "lab file in place of the one that the study's experiment includes");
   options.override_option(o.overrides, "KEY=VALUE, for every print");
-  options.option("--shard", o.shard, "K/N: makes this share of the prints alone, into shards/K-of-N.journal");
-  options.option("--max", o.most, "prints now; the same command goes on with the rest").within(1, 100000000);
-  options.flag("--again", o.again, "makes the prints again that stopped before their end, and no others");
-  options.flag("--dry-run", o.dry_run,
-               "tells prints, hours, bytes and shards of a minute, and prints nothing");
-  options.flag("--status", o.status, "tells what is on record, of each scheme and in each shard");
-  options
-      .option("--platform", o.platform,
-              "any: results of platforms whose functions give other results count too")
-      .one_of({"this", "any"});
-  options.option("--on", o.on, "slurm[:PARTITION] or ssh:HOST,HOST: where the prints are made, in shards");
-  options.option("--chunk", o.chunk_s, "--on: processor time of a shard [s]").within(0.01, 1e6);
-  options.flag("--detach", o.detach, "--on slurm: returns when the shards are submitted");
-  options.flag("--cancel", o.cancel, "--on slurm: ends the shards that were submitted");
+  declare_study(options, o, "prints");
   options.option("--where", o.where,
                  "CONDITION: runs on record in these folders that meet it; docs/commands/runs.md");
   options.option("--layers", o.layers,
                  "FIRST-LAST: of runs on record, means over these layers instead of the last maps");
   options.option("--by", o.by, "meta.KEY: groups runs on record by what was printed, not by scheme");
   options.option("--fail-if", o.fail_if, "\"A worse than B\": exit code 1 if the study tells so");
-  options.thread_option(o.threads);
   options.json_flag(o.json);
 }
 

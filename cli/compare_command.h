@@ -6,33 +6,21 @@
 #include <string>
 #include <vector>
 
+#include "cli/study_options.h"
 #include "studies/compare/study_lab.h"
 
 namespace firn {
 
-struct CompareOptions {
+struct CompareOptions : StudyOptions {
   std::vector<std::string> words;      ///< of the command line: a study file, or run folders
   std::string study;                   ///< file
-  std::string output;                  ///< study folder; "" = runs/study-<name>
   std::string lab;                     ///< file whose lab replaces that of the study's experiment
   std::vector<std::string> overrides;  ///< --set KEY=VALUE for every print, after the study's own
   int seeds = 0;                       ///< > 0: seeds 1..n instead of the study's
-  int threads = 0;                     ///< 0 = as many as the machine has
-  std::string shard;                   ///< "K/N": prints this share alone, into its own journal
-  int most = 0;                        ///< > 0: so many prints now, the rest later
-  bool again = false;                  ///< prints that stopped before their end are made again
-  bool dry_run = false;                ///< tells the prints that are to do, and prints nothing
-  bool status = false;                 ///< tells the prints on record
-  std::string platform = "this";       ///< "any": results of other platforms count too
   std::string where;                   ///< condition on runs on record in the folders of `words`
   std::string layers;                  ///< "FIRST-LAST": window of runs on record; empty: their last maps
   std::string by;                      ///< "meta.ink": runs on record are grouped by this key, not by scheme
   std::string fail_if;                 ///< "A worse than B": exit code 1 then
-  std::string on;                      ///< "slurm[:PARTITION]" or "ssh:HOST,HOST"; empty: this computer
-  double chunk_s = 60.0;               ///< processor time of a shard that `on` makes
-  bool detach = false;                 ///< `on`: returns when the shards are submitted
-  bool cancel = false;                 ///< `on`: ends the shards that were submitted
-  bool json = false;
 };
 
 /// Runs the prints that are not on record yet and writes runs.csv, summary.json, report.html and study.toml

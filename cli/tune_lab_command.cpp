@@ -13,8 +13,10 @@
 #include <system_error>
 #include <thread>
 
+#include "cli/make_study.h"
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "cli/tune_pairs.h"
 #include "files/exit_codes.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
@@ -83,9 +85,21 @@ std::optional<PrintJournal> known_prints(const std::string& file) try {
   throw UsageError(std::string("--state ") + error.what());
 }
 
+// Options that tell of the folder as it is.
+std::string told_without_search(const StudyOptions& o) {
+  return o.status ? "--status" : o.dry_run ? "--dry-run" : o.cancel ? "--cancel" : "";
+}
+
+// A shard prints the settings that are remembered, and answers nothing.
+bool searches_nothing(const StudyOptions& o) { return !o.shard.empty() || !told_without_search(o).empty(); }
+
 }  // namespace
 
 int run_tune_lab(const TuneLabOptions& o) {
+  if (const std::string option = o.study.output.empty() ? o.study.needs_folder() : ""; !option.empty())
+    throw UsageError(option + ": is of the prints of --verify in the folder of --study, which is not named");
+  if (!o.study.output.empty() && o.verify == 0)
+    throw UsageError("--study: is the folder of the prints of --verify");
   if (o.runs.empty()) throw UsageError("a run is wanted, or 'smf' for the thesis's model of one point");
   if (!o.output.empty()) require_place(o.output);
   std::vector<RecordedRun> runs;
@@ -98,8 +112,16 @@ int run_tune_lab(const TuneLabOptions& o) {
   }
   const RecordedRun start = start_of(runs.front(), o.overrides);
   const std::vector<TuneKey> keys = keys_of(o, start.experiment);
+  const TunedRuns tuned{o, runs, start, keys};
+  const StudyCall call{o.study.on.empty() ? std::vector<std::string>{} : pair_words(o)};
+  if (const auto settings = remembered_settings(tuned); settings && searches_nothing(o.study))
+    return make_study(o.study, PromisePairs(start, keys, *settings), call).code;
+  if (const std::string option = told_without_search(o.study); !option.empty())
+    throw UsageError(option + ": " + o.study.output +
+                     " remembers no settings of this command; without the option it searches them first");
   std::optional<PrintJournal> known = known_prints(o.state);
-  const int threads = o.threads > 0 ? o.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads =
+      o.study.threads > 0 ? o.study.threads : int(std::max(1u, std::thread::hardware_concurrency()));
   const int promised = o.verify > 0 ? o.verify : o.promised;
   JobProgress progress("firn tune");
   const auto part = [&](double from, double to) {
@@ -117,17 +139,22 @@ int run_tune_lab(const TuneLabOptions& o) {
                     promised, o.seed};
   if (lab.check.passed()) {
     answer.advice = advise(
-        lab, start, keys, {goal, o.seed, threads, o.budget - fit_prints, promised, part(0.4, 0.93), journal});
+        lab, start, keys, {goal, o.seed, threads, o.budget - fit_prints, promised, part(0.4, 0.95), journal});
     answer.next =
         next_prints(lab, runs.front(),
-                    {.seed = o.seed, .threads = threads, .progress = part(0.93, 0.97), .journal = journal});
-    if (o.verify > 0)
-      answer.verification =
-          verify_promise(start, keys, *answer.advice, {goal, o.verify, o.seed, threads, part(0.97, 1.0)});
+                    {.seed = o.seed, .threads = threads, .progress = part(0.95, 1.0), .journal = journal});
   }
   progress.done();
+  if (answer.advice && o.verify > 0) {
+    const PairSettings settings{answer.advice->old_setting, answer.advice->new_setting, o.verify, o.seed};
+    const PromisePairs pairs(start, keys, settings);
+    remember_settings(tuned, settings);
+    const StudyEnd end = make_study(o.study, pairs, call);
+    if (!end.journal) return end.code;
+    answer.verification = verification_of(pairs, *end.journal, answer.advice->promise, goal);
+  }
   if (!o.output.empty()) write_file_atomically(o.output, tune_page(answer));
-  std::fputs((o.json ? tune_json(answer) : tune_text(answer)).c_str(), stdout);
+  std::fputs((o.study.json ? tune_json(answer) : tune_text(answer)).c_str(), stdout);
   const bool kept = !answer.verification || answer.verification->held;
   return answer.advice && kept ? kOk : kFailed;
 }
@@ -143,6 +170,8 @@ void declare_tune_lab(OptionSet& options) {
       .show_default();
   options.option("--budget", o.budget, "simulated prints, about").show_default().within(300, 100000);
   options.option("--verify", o.verify, "prints N pairs with the old and the new setting").within(2, 10000);
+  options.option("--study", o.study.output,
+                 "folder of the prints of --verify: the same command goes on, and shards print for it");
   options.option("--promise", o.promised, "without --verify: the promise is about the mean of N prints")
       .show_default()
       .within(1, 10000);
@@ -152,8 +181,8 @@ void declare_tune_lab(OptionSet& options) {
   declare_unsealed(options, o.unsealed);
   options.flag("--run-python", o.run_python,
                "run the Python code in a run of another user or host; docs/security.md");
-  options.thread_option(o.threads);
-  options.json_flag(o.json);
+  declare_study(options, o.study, "prints of --verify");
+  options.json_flag(o.study.json);
 }
 
 }  // namespace firn

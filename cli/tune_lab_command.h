@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/study_options.h"
+
 namespace firn {
 
 class OptionSet;
@@ -21,8 +23,7 @@ struct TuneLabOptions {
   std::uint64_t seed = 1;
   std::string state;   ///< file of simulated prints; empty = none
   std::string output;  ///< page; empty = none
-  int threads = 0;
-  bool json = false;
+  StudyOptions study;  ///< of verify's prints
   bool unsealed = false;
   bool run_python = false;  ///< of a run of another user or host
 };

@@ -12,6 +12,11 @@ double tan(double x);
 double atan2(double y, double x);
 double cbrt(double x);
 
+/// Returns the larger of `least` and cbrt(x), to the last bit: std::max(least, cbrt(x)). The root, which
+/// takes as long as ten products, is taken only where it is not plainly the smaller one.
+/// @pre `least` is not negative
+double max_with_cbrt(double least, double x);
+
 struct SinCos {
   double sin = 0.0, cos = 0.0;
 };

@@ -62,22 +62,9 @@ std::vector<LineJournal::Line> LineJournal::lines_of(std::string_view text) {
   return lines;
 }
 
-std::vector<std::string> LineJournal::right_texts(std::vector<Line> lines, std::size_t& damaged) {
-  std::vector<std::string> texts;
-  for (Line& line : lines) {
-    if (line.right)
-      texts.push_back(std::move(line.text));
-    else
-      ++damaged;
-  }
-  return texts;
-}
-
-std::vector<std::string> LineJournal::read(std::size_t& damaged) { return right_texts(lines(), damaged); }
-
-std::vector<std::string> LineJournal::read(const std::filesystem::path& path, std::size_t& damaged) {
+std::vector<LineJournal::Line> LineJournal::read(const std::filesystem::path& path) {
   const std::string text = read_file(path);
-  return right_texts(lines_of(std::string_view(text).substr(0, text.rfind('\n') + 1)), damaged);
+  return lines_of(std::string_view(text).substr(0, text.rfind('\n') + 1));
 }
 
 void LineJournal::append(std::string_view text) {

@@ -27,11 +27,9 @@ class LineJournal {
   };
   /// Returns all lines but empty ones.
   std::vector<Line> lines();
-  /// Returns the whole lines as they were appended, and adds the number of the others to `damaged`.
-  std::vector<std::string> read(std::size_t& damaged);
   /// The same of a file that another process may be writing; a line at its end that is not whole yet is left
   /// out. @throws UsageError: it cannot be read
-  static std::vector<std::string> read(const std::filesystem::path& path, std::size_t& damaged);
+  static std::vector<Line> read(const std::filesystem::path& path);
   /// Appends with one write(), so that a line is whole or torn, never mixed with another.
   /// @pre no end of line in `text`
   /// @throws std::runtime_error naming the file: it cannot be written
@@ -39,7 +37,6 @@ class LineJournal {
 
  private:
   static std::vector<Line> lines_of(std::string_view text);
-  static std::vector<std::string> right_texts(std::vector<Line> lines, std::size_t& damaged);
 
   std::filesystem::path path_;
   int fd_ = -1;

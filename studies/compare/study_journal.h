@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -39,10 +40,12 @@ class StudyJournal {
  public:
   /// Opens or makes the journal and locks it. @throws UsageError naming file and reason: another study is at
   /// work there, no file can be opened
-  StudyJournal(const std::filesystem::path& path, const StudyLab& lab,
+  /// @param values numbers of each result
+  StudyJournal(const std::filesystem::path& path, std::span<const report::StudyMetric> values,
                StudyPlatforms platforms = StudyPlatforms::kThis, const StudyOrigin& origin = study_origin());
   /// A record that no file keeps: it reads other journals, at whatever their writers are, and locks none.
-  explicit StudyJournal(const StudyLab& lab, StudyPlatforms platforms = StudyPlatforms::kThis,
+  explicit StudyJournal(std::span<const report::StudyMetric> values,
+                        StudyPlatforms platforms = StudyPlatforms::kThis,
                         const StudyOrigin& origin = study_origin());
 
   /// From now on take() passes over the prints of all other cells: a shard needs to know its own.
@@ -52,24 +55,35 @@ class StudyJournal {
   void take(const std::filesystem::path& journal);
 
   const StudyPrint* find(const std::string& digest) const;
-  std::size_t size() const { return prints_.size(); }               ///< prints on record, of any settings
-  std::size_t damaged() const { return damaged_; }                  ///< lines that do not count
+  std::size_t size() const { return prints_.size(); }  ///< prints on record, of any settings
+  /// Lines of a file that were torn or damaged, or are of another study's values, and do not count.
+  struct Damage {
+    std::filesystem::path file;
+    std::size_t lines = 0, first = 0;  ///< their number; the first one's, from 1
+  };
+  const std::vector<Damage>& damage() const { return damage_; }
+  std::size_t damaged() const;                                      ///< lines that do not count
   std::size_t of_other_builds() const { return of_other_builds_; }  ///< lines that do not count
   std::size_t of_other_platforms() const {
     return of_other_platforms_;
   }  ///< lines, whether they count or not
-  /// @pre the journal has a file
+  /// Bytes of a result on record, on average [B]; of one print of many metrics where there is none.
+  double line_bytes() const;
+  /// Adds a result, to the file too if there is one. @throws std::runtime_error naming the file: it cannot be
+  /// written
   void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
               const StudyPrint& print);
 
  private:
-  void add(const std::vector<std::string>& lines, bool newer);
+  void add(const std::filesystem::path& file, const std::vector<LineJournal::Line>& lines, bool newer);
 
-  const StudyLab& lab_;
+  std::vector<std::string> values_;
   StudyPlatforms platforms_;
   StudyOrigin origin_;
   std::optional<LineJournal> lines_;
-  std::size_t damaged_ = 0, of_other_builds_ = 0, of_other_platforms_ = 0;
+  std::size_t bytes_ = 0, lines_read_ = 0;
+  std::vector<Damage> damage_;
+  std::size_t of_other_builds_ = 0, of_other_platforms_ = 0;
   std::optional<std::unordered_set<std::string>> only_;
   std::map<std::string, StudyPrint> prints_;
 };

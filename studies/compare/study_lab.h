@@ -23,7 +23,8 @@ struct StudyPrint {
   double cpu_s = 0.0;                                   ///< differs from run to run
   std::vector<report::StudyProfilePoint> profile = {};  ///< of labs that have one
   std::optional<bool> within =
-      {};  ///< the true RMS is at most the tolerance of `firn print`; none: no target
+      {};                     ///< the true RMS is at most the tolerance of `firn print`; none: no target
+  std::string document = {};  ///< what is no number: text of the work's own, UTF-8
 };
 
 struct MemoryPrintReport;

@@ -1,11 +1,7 @@
 #include "studies/compare/study_runner.h"
 
-#include <algorithm>
-#include <exception>
 #include <map>
-#include <mutex>
 #include <span>
-#include <thread>
 
 #include "config/error.h"
 #include "config/fields.h"
@@ -18,16 +14,9 @@
 #include "print/labs/full_product.h"
 #include "report/run/differing_parameters.h"
 #include "runs/folder/run_folder.h"
-#include "studies/compare/study_shards.h"
 
 namespace firn {
 namespace {
-
-std::string digest_of(const Experiment& e, const Blobs& inputs) {
-  std::string all = dump(e);
-  for (const Blob& b : inputs) all += b.role + " " + b.sha256 + "\n";
-  return sha256_hex(std::as_bytes(std::span(all)));
-}
 
 std::size_t metric_index(const StudyLab& lab, const std::string& name, const std::string& file) {
   std::vector<std::string_view> names;
@@ -56,11 +45,22 @@ void take_part(const Experiment& recorded, const Blobs& of_run, const Experiment
 
 }  // namespace
 
+std::string digest_of(const Experiment& e, const Blobs& inputs) {
+  std::string all = dump(e);
+  for (const Blob& b : inputs)
+    all += b.role + " " + (b.sha256.empty() ? sha256_hex(b.bytes) : b.sha256) + "\n";
+  return sha256_hex(std::as_bytes(std::span(all)));
+}
+
 Experiment StudyPlan::experiment(const StudyCell& cell) const {
   Experiment e = experiments[at(cell.arm, cell.part)];
   lab->set_seed(e, study.seeds[cell.seed]);
   draw_lab(study, cell.part, study.seeds[cell.seed], e);
   return e;
+}
+
+StudyPrint StudyPlan::make(const StudyCell& cell) const {
+  return lab->print(experiment(cell), *inputs[at(cell.arm, cell.part)]);
 }
 
 StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
@@ -87,6 +87,12 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
     plan.inputs.push_back(shared);
   }
   plan.study = std::move(study);
+  plan.name = plan.study.name;
+  plan.values = lab.metrics;
+  plan.parts.clear();
+  for (const StudyEntry& arm : plan.study.arms) plan.kinds.push_back(arm.name);
+  for (const StudyEntry& part : plan.study.parts) plan.parts.push_back(part.name);
+  plan.seeds = plan.study.seeds;
   // A print is its experiment under another seed and the seed's lab. These are a few words beside the
   // thousands of the experiment, which is written once.
   std::vector<std::string> of_arm;
@@ -108,70 +114,6 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
       }
     }
   return plan;
-}
-
-std::vector<const StudyCell*> prints_to_do(const StudyPlan& plan, const StudyJournal& journal,
-                                           const StudyRunOptions& options) {
-  const auto wanted_print = [&](const StudyCell* c) {
-    const StudyPrint* print = journal.find(c->digest);
-    return options.again ? print && !print->finished : !print;
-  };
-  std::vector<const StudyCell*> to_do = cells_of(plan, options.shard);
-  std::erase_if(to_do, [&](const StudyCell* c) { return !wanted_print(c); });
-  if (options.first_of_each) {
-    std::vector<bool> known(plan.study.arms.size());
-    for (const StudyCell* c : cells_of(plan, options.shard))
-      if (journal.find(c->digest)) known[c->arm] = true;
-    std::erase_if(to_do, [&](const StudyCell* c) {
-      const bool was_known = known[c->arm];
-      known[c->arm] = true;
-      return was_known;
-    });
-  }
-  if (options.most > 0 && to_do.size() > options.most) to_do.resize(options.most);
-  return to_do;
-}
-
-StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const StudyRunOptions& options) {
-  const std::vector<const StudyCell*> to_do = prints_to_do(plan, journal, options);
-
-  StudyRunSummary summary;
-  summary.to_do = to_do.size();
-  std::size_t failed = 0;
-  std::mutex mutex;  // of everything below but `next`
-  std::exception_ptr error;
-  std::atomic<std::size_t> next{0};
-  std::atomic<bool> broken{false};
-  const auto work = [&] {
-    try {
-      while (!broken && !(options.stop && *options.stop)) {
-        const std::size_t n = next++;
-        if (n >= to_do.size()) return;
-        const StudyCell& c = *to_do[n];
-        const StudyPrint print = plan.lab->print(plan.experiment(c), *plan.inputs[plan.at(c.arm, c.part)]);
-        const std::lock_guard lock(mutex);
-        journal.append(c.digest, plan.study.arms[c.arm].name, plan.study.parts[c.part].name,
-                       plan.study.seeds[c.seed], print);
-        ++summary.done;
-        summary.cpu_s += print.cpu_s;
-        failed += !print.within.value_or(print.finished);
-        if (options.progress) options.progress(summary.done, failed);
-      }
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!error) error = std::current_exception();
-      broken = true;
-    }
-  };
-  const std::size_t wanted =
-      options.threads > 0 ? std::size_t(options.threads) : std::max(1u, std::thread::hardware_concurrency());
-  {
-    std::vector<std::jthread> threads;
-    for (std::size_t t = 1; t < std::min(wanted, to_do.size()); ++t) threads.emplace_back(work);
-    work();
-  }
-  if (error) std::rethrow_exception(error);
-  return summary;
 }
 
 report::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal) {

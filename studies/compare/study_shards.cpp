@@ -1,9 +1,12 @@
 #include "studies/compare/study_shards.h"
 
 #include <algorithm>
+#include <functional>
+#include <queue>
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "core/options/number.h"
 #include "files/usage_error.h"
@@ -28,42 +31,57 @@ StudyShard parse_shard(std::string_view text) {
 
 namespace {
 
-// Schemes that are configured alike are one print.
-std::vector<const StudyCell*> unlike_cells(const StudyPlan& plan) {
+// Kinds that are configured alike are one print.
+std::vector<const StudyCell*> unlike_cells(const StudyWork& work) {
   std::set<std::string_view> seen;
   std::vector<const StudyCell*> unlike;
-  for (const StudyCell& c : plan.cells)
+  for (const StudyCell& c : work.cells)
     if (seen.insert(c.digest).second) unlike.push_back(&c);
   return unlike;
 }
 
-// The n-th belongs to shard n modulo their number.
-std::vector<const StudyCell*> dealt_cells(const StudyPlan& plan) {
-  std::vector<const StudyCell*> dealt = unlike_cells(plan);
-  std::ranges::sort(dealt, {}, [](const StudyCell* c) { return std::tie(c->arm, c->part, c->digest); });
+struct Dealt {
+  const StudyCell* cell;
+  int shard;  // from 1
+};
+
+double seconds_of(const StudyWork& work, const StudyCell& cell) {
+  return work.seconds.empty() ? 1.0 : work.seconds[cell.arm];
+}
+
+std::vector<Dealt> deal(const StudyWork& work, int of) {
+  std::vector<const StudyCell*> cells = unlike_cells(work);
+  std::ranges::sort(cells, {}, [&](const StudyCell* c) {
+    return std::tuple(-seconds_of(work, *c), c->arm, c->part, std::string_view(c->digest));
+  });
+  using Load = std::pair<double, int>;  // seconds, shard
+  std::priority_queue<Load, std::vector<Load>, std::greater<>> least;
+  for (int k = 1; k <= of; ++k) least.emplace(0.0, k);
+  std::vector<Dealt> dealt;
+  for (const StudyCell* c : cells) {
+    const auto [load, shard] = least.top();
+    least.pop();
+    dealt.push_back({c, shard});
+    least.emplace(load + seconds_of(work, *c), shard);
+  }
   return dealt;
 }
 
 }  // namespace
 
-std::vector<int> shards_to_do(const StudyPlan& plan, const StudyJournal& journal, int of) {
-  const std::vector<const StudyCell*> dealt = dealt_cells(plan);
-  std::vector<bool> has(std::size_t(of), false);
-  for (std::size_t n = 0; n < dealt.size(); ++n)
-    if (!journal.find(dealt[n]->digest)) has[n % std::size_t(of)] = true;
-  std::vector<int> numbers;
-  for (int k = 1; k <= of; ++k)
-    if (has[std::size_t(k - 1)]) numbers.push_back(k);
-  return numbers;
+std::vector<int> shards_to_do(const StudyWork& work, const StudyJournal& journal, int of) {
+  std::set<int> numbers;
+  for (const Dealt& d : deal(work, of))
+    if (!journal.find(d.cell->digest)) numbers.insert(d.shard);
+  return {numbers.begin(), numbers.end()};
 }
 
-std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard) {
-  if (shard.of == 1) return unlike_cells(plan);
-  const std::vector<const StudyCell*> dealt = dealt_cells(plan);
+std::vector<const StudyCell*> cells_of(const StudyWork& work, const StudyShard& shard) {
+  if (shard.of == 1) return unlike_cells(work);
   std::vector<const StudyCell*> own;
-  for (std::size_t n = std::size_t(shard.number - 1); n < dealt.size(); n += std::size_t(shard.of))
-    own.push_back(dealt[n]);
-  std::ranges::sort(own);  // addresses in the plan's list
+  for (const Dealt& d : deal(work, shard.of))
+    if (d.shard == shard.number) own.push_back(d.cell);
+  std::ranges::sort(own);  // addresses in the work's list
   return own;
 }
 

@@ -7,20 +7,21 @@
 #include <string_view>
 #include <vector>
 
-#include "studies/compare/study_runner.h"
+#include "studies/compare/study_work.h"
 
 namespace firn {
 
 /// "3/40". @throws UsageError naming the text: not 1 <= K <= N <= 100,000
 StudyShard parse_shard(std::string_view text);
 
-/// Returns the prints of a shard, equal ones once. Each scheme and part is dealt out print by print in the
-/// order of the digests, so that all shards take as long, whoever makes them and whatever is on record. The
-/// order is that of the plan.
-std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard);
+/// Returns the prints of a shard, equal ones once. Each kind and part is dealt out print by print in the
+/// order of the digests; where the time of each kind is known the longest come first, each to the shard that
+/// has least. So all shards take as long, whoever makes them and whatever is on record. The order is that of
+/// the work.
+std::vector<const StudyCell*> cells_of(const StudyWork& work, const StudyShard& shard);
 
 /// Returns the numbers, ascending, of the shards with a print that is not on record. @param of their number
-std::vector<int> shards_to_do(const StudyPlan& plan, const StudyJournal& journal, int of);
+std::vector<int> shards_to_do(const StudyWork& work, const StudyJournal& journal, int of);
 
 /// The journal of one shard. While it is written its name ends in ".part"; a shard that was killed goes on
 /// with it.

@@ -56,8 +56,6 @@ struct ReproduceOptions {
   std::string paper;  ///< empty = all
   std::vector<std::string>
       only;  ///< parts or rows: an id or the front of one up to a '.', the paper's name may be left out
-  std::string out;  ///< folder for pictures and index.html; empty = no files
-  bool json = false;
   bool quick = false;
   int threads = 0;   ///< 0 = as many as the machine has
   std::string mesh;  ///< of barnett.slicing, instead of the one made in code

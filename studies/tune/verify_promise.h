@@ -1,13 +1,36 @@
-// verify_promise prints with the old and the new setting, in pairs on the same disturbances, in the lab of
-// the recorded experiment itself, and says whether the promise held.
+// PromisePairs prints with the old and the new setting, in pairs on the same disturbances, in the lab of the
+// recorded experiment itself; verification_of says whether the promise held.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "core/statistics/comparison.h"
+#include "studies/compare/study_work.h"
 #include "studies/tune/advice.h"
 
 namespace firn::tune {
+
+/// The settings that are compared, and the number of pairs.
+struct PairSettings {
+  Setting old_setting, new_setting;
+  int pairs = 10;
+  std::uint64_t seed = 1;  ///< of the pairs; none is the recorded print's
+};
+
+/// Two kinds of prints, each under the seeds of the pairs.
+class PromisePairs : public StudyWork {
+ public:
+  /// @throws UsageError: an instrument of the recorded lab is real: its prints are the operator's
+  PromisePairs(const RecordedRun& run, std::span<const TuneKey> keys, const PairSettings& settings);
+
+  StudyPrint make(const StudyCell& cell) const override;
+
+ private:
+  const StudyLab& lab_;
+  Experiment experiments_[2];
+  Blobs inputs_[2];
+};
 
 struct Verification {
   statistics::PairedComparison pairs;  ///< a: old, b: new, of the goal
@@ -15,16 +38,8 @@ struct Verification {
   bool held = false;  ///< the measured gain lies within the promised interval
 };
 
-struct VerifyOptions {
-  std::size_t goal = 0;
-  int prints = 10;
-  std::uint64_t seed = 1;  ///< of the pairs; none is the recorded print's
-  int threads = 1;
-  Progress progress = {};
-};
-
-/// @throws UsageError: an instrument of the recorded lab is real: its prints are the operator's
-Verification verify_promise(const RecordedRun& run, std::span<const TuneKey> keys, const Advice& advice,
-                            const VerifyOptions& options);
+/// @param goal index of the metric. @pre every pair is on record
+Verification verification_of(const PromisePairs& work, const StudyJournal& journal, const Promise& promise,
+                             std::size_t goal);
 
 }  // namespace firn::tune

@@ -1,16 +1,19 @@
 // Measures the errors of h1, h2, h3 and of their intervals after ten random half-filled layers on the plant
 // "lu2015", whose values are known: maximum error, errors within 3 sigma, share of seeds that the 95 %
 // intervals cover.
-//   estimator_coverage [--seeds N] [--variation V] [--experiment FILE] [--json]
+//   estimator_coverage [--seeds N] [--variation V] [--experiment FILE] [--json] [-o FOLDER and a study's
+//   options]
 #include <fmt/core.h>
 
-#include <cstdlib>
+#include <filesystem>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "config/fields.h"
+#include "config/include.h"
 #include "files/json.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/case_bench.h"
 #include "tests/support/planted_trial.h"
 
 namespace firn::bench::estimator_coverage {
@@ -21,17 +24,47 @@ FIRN_BENCH(estimator_coverage) {
   double variation = 0.2;
   bool json = false;
   std::string experiment = FIRN_SOURCE_DIR "/experiments/excitation.toml";
-  for (int n = 1; n < argc; ++n) {
-    const std::string a = argv[n];
-    if (a == "--json") json = true;
-    if (a == "--seeds" && n + 1 < argc) seeds = std::atoi(argv[++n]);
-    if (a == "--experiment" && n + 1 < argc) experiment = argv[++n];
-    if (a == "--variation" && n + 1 < argc) variation = std::atof(argv[++n]);
+  CaseBench bench("estimator_coverage", "errors of h1, h2, h3 and of their intervals on planted values");
+  bench.options().option("--seeds", seeds, "").show_default().within(1, 1000000);
+  bench.options().option("--variation", variation, "of the droplets").show_default().within(0.0, 1.0);
+  bench.options().option("--experiment", experiment, "file").show_default();
+  bench.options().json_flag(json);
+  if (const auto code = bench.parse(argc, argv)) return *code;
+  experiment = std::filesystem::absolute(experiment).string();
+  Cases cases{"estimator_coverage",
+              dump(load_experiment(experiment)),
+              {fmt::format("variation {}", variation)},
+              {},
+              {}};
+  for (int n = 1; n <= seeds; ++n) cases.seeds.push_back(std::uint64_t(n));
+  cases.make = [&](std::size_t, std::uint64_t seed, int) {
+    const PlantedTrial trial = planted_trial(experiment, seed, variation);
+    std::vector<double> numbers;
+    for (const double* of : {trial.truth_mm, trial.ours_mm, trial.sigma_mm})
+      numbers.insert(numbers.end(), of, of + 4);
+    return text_of(numbers);
+  };
+  int code = 0;
+  const auto results = bench.results(cases,
+                                     {"--seeds", std::to_string(seeds), "--variation",
+                                      fmt::format("{}", variation), "--experiment", experiment},
+                                     code);
+  if (!results) return code;
+  std::vector<PlantedTrial> trials;
+  for (std::size_t n = 0; n < results->size(); ++n) {
+    const CaseBench::Result& r = (*results)[n];
+    if (!r.made) {
+      fmt::print("seed {}: {}\n", cases.seeds[n], r.reason);
+      continue;
+    }
+    const std::vector<double> numbers = numbers_of(r.text);
+    PlantedTrial& trial = trials.emplace_back();
+    for (std::size_t h = 0; h < 4; ++h) {
+      trial.truth_mm[h] = numbers[h];
+      trial.ours_mm[h] = numbers[4 + h];
+      trial.sigma_mm[h] = numbers[8 + h];
+    }
   }
-  std::vector<PlantedTrial> trials(std::size_t(seeds > 0 ? seeds : 0));
-  run_jobs(int(trials.size()), int(std::thread::hardware_concurrency()), [&](int n) {
-    trials[std::size_t(n)] = planted_trial(experiment, std::uint64_t(n + 1), variation);
-  });
   const PlantedTotals t = totals_of(trials);
   static constexpr const char* kNames[] = {"h1", "h2", "h3", "h1 + 4 h2 + 4 h3"};
   nlohmann::ordered_json rows = nlohmann::json::array();

@@ -2,17 +2,16 @@
 // the 95 % intervals.
 //   build/bench/ice_calibrations [cases = 100]
 //   [laser-offset|laser-latency|level-table|turned-table|valve-latency|flow-curve ...] [--each] [--from FIRST
-//   = 1]
-#include <CLI/CLI.hpp>
+//   = 1] [-o FOLDER and a study's options]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "tests/bench/bench.h"
+#include "tests/bench/case_bench.h"
 #include "tests/support/planted_ice.h"
 
 namespace firn::bench::ice_calibrations {
@@ -73,48 +72,68 @@ std::vector<Kind> kinds() {
 }  // namespace
 
 FIRN_BENCH(ice_calibrations) try {
-  int cases = 100, from = 1;
+  int count = 100, from = 1;
   bool each = false;
   std::vector<std::string> only, names;
   for (const Kind& kind : kinds()) names.push_back(kind.name);
-  CLI::App app("planted cases through the calibrations of the simulated ice lab");
-  app.add_option("CASES", cases)->capture_default_str()->check(CLI::Range(1, 1000000));
-  app.add_option("KIND", only, "default: all")->check(CLI::IsMember(names));
-  app.add_option("--from", from, "first case")->capture_default_str()->check(CLI::Range(1, 1000000000));
-  app.add_flag("--each", each, "each case");
-  CLI11_PARSE(app, argc, argv);
+  CaseBench bench("ice_calibrations", "planted cases through the calibrations of the simulated ice lab");
+  bench.options().option("CASES", count, "").show_default().within(1, 1000000);
+  bench.options().option("KIND", only, "default: all").one_of(names);
+  bench.options().option("--from", from, "first case").show_default().within(1, 1000000000);
+  bench.options().flag("--each", each, "each case");
+  if (const auto code = bench.parse(argc, argv)) return *code;
   const planted::IceLab lab = planted::shipped_ice_lab(FIRN_SOURCE_DIR);
+  std::vector<Kind> wanted = kinds();
+  std::erase_if(wanted, [&](const Kind& kind) {
+    return !only.empty() && std::find(only.begin(), only.end(), kind.name) == only.end();
+  });
+  Cases cases{"ice_calibrations", lab.machine_toml, {}, {}, {}};
+  for (const Kind& kind : wanted) cases.kinds.push_back(kind.name);
+  for (int c = from; c < from + count; ++c) cases.seeds.push_back(std::uint64_t(c));
+  cases.make = [&](std::size_t kind, std::uint64_t seed, int) {
+    std::vector<double> numbers;
+    for (const Judged& j : wanted[kind].judged(lab, seed))
+      numbers.insert(numbers.end(), {j.error, j.ci95_half_width});
+    return text_of(numbers);
+  };
+  std::vector<std::string> words{std::to_string(count), "--from", std::to_string(from)};
+  words.insert(words.begin() + 1, only.begin(), only.end());
+  int code = 0;
+  const auto results = bench.results(cases, words, code);
+  if (!results) return code;
   std::printf("%-14s %6s %6s %12s %12s %12s %12s %9s %8s\n", "calibration", "cases", "failed", "worst",
               "mean", "rms", "half 95 %", "coverage", "CPU s");
-  for (const Kind& kind : kinds()) {
-    if (!only.empty() && std::find(only.begin(), only.end(), kind.name) == only.end()) continue;
-    const std::clock_t began = std::clock();
-    double worst = 0.0, sum = 0.0, squares = 0.0, half = 0.0;
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    double worst = 0.0, sum = 0.0, squares = 0.0, half = 0.0, cpu_s = 0.0;
     long n = 0, inside = 0;
     int failed = 0;
-    for (int c = from; c < from + cases; ++c) {
-      try {
-        for (const Judged& j : kind.judged(lab, std::uint64_t(c))) {
-          if (each)
-            std::printf("  %4d error %12.6f +- %10.6f%s\n", c, j.error, j.ci95_half_width,
-                        j.inside() ? "" : "  outside");
-          worst = std::max(worst, std::abs(j.error));
-          sum += j.error;
-          squares += j.error * j.error;
-          half += j.ci95_half_width;
-          ++n;
-          inside += j.inside();
-        }
-      } catch (const std::exception& e) {
+    for (std::size_t c = 0; c < cases.seeds.size(); ++c) {
+      const CaseBench::Result& r = (*results)[k * cases.seeds.size() + c];
+      cpu_s += r.cpu_s;
+      if (!r.made) {
         ++failed;
-        std::printf("  %4d %s\n", c, e.what());
+        std::printf("  %4d %s\n", int(cases.seeds[c]), r.reason.c_str());
+        continue;
+      }
+      const std::vector<double> numbers = numbers_of(r.text);
+      for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) {
+        const Judged j{numbers[i], numbers[i + 1]};
+        if (each)
+          std::printf("  %4d error %12.6f +- %10.6f%s\n", int(cases.seeds[c]), j.error, j.ci95_half_width,
+                      j.inside() ? "" : "  outside");
+        worst = std::max(worst, std::abs(j.error));
+        sum += j.error;
+        squares += j.error * j.error;
+        half += j.ci95_half_width;
+        ++n;
+        inside += j.inside();
       }
     }
+    const double many = double(std::max(n, 1L));
     std::printf("%-14s %6d %6d %12.6f %12.6f %12.6f %12.6f %8.1f%% %8.1f   %s, wanted %g\n",
-                kind.name.c_str(), cases, failed, worst, sum / double(std::max(n, 1L)),
-                std::sqrt(squares / double(std::max(n, 1L))), half / double(std::max(n, 1L)),
-                100.0 * double(inside) / double(std::max(n, 1L)),
-                double(std::clock() - began) / CLOCKS_PER_SEC, kind.unit.c_str(), kind.tolerance);
+                wanted[k].name.c_str(), count, failed, worst, sum / many, std::sqrt(squares / many),
+                half / many, 100.0 * double(inside) / many, cpu_s, wanted[k].unit.c_str(),
+                wanted[k].tolerance);
   }
   return 0;
 } catch (const std::exception& e) {

@@ -4,21 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
+
+#include "files/json.h"
 
 namespace firn::tune {
 namespace {
-
-constexpr std::size_t kColumns = 13;
-
-// Named so that no comma is in it.
-std::string plain(std::string text) {
-  for (char& c : text)
-    if (c == ',' || c == '\n') c = ';';
-  return text;
-}
 
 struct Sums {
   int labs = 0, unfinished = 0, refused = 0, kept = 0, advised = 0, covered = 0, harmed = 0;
@@ -77,32 +67,41 @@ bool known_class(const std::string& kind) {
   return kind != "thin-film" && kind != "dead-row" && kind != "tilted";
 }
 
-std::vector<PromiseRow> read_rows(const std::filesystem::path& file) {
-  std::vector<PromiseRow> rows;
-  std::ifstream in(file);
-  for (std::string text; std::getline(in, text);) {
-    std::vector<std::string> part;
-    std::istringstream words(text);
-    for (std::string word; std::getline(words, word, ',');) part.push_back(word);
-    if (part.size() != kColumns || part[0] == "kind") continue;
-    const auto number = [&](std::size_t n) { return std::strtod(part[n].c_str(), nullptr); };
-    rows.push_back({part[0], int(number(1)), part[2], part[3], part[4], number(5), number(6), number(7),
-                    number(8), number(9), number(10), int(number(11)), number(12)});
-  }
-  return rows;
+std::string row_text(const PromiseRow& r) {
+  return nlohmann::json{{"kind", r.kind},
+                        {"lab", r.lab},
+                        {"keys", r.keys},
+                        {"answer", r.answer},
+                        {"feature", r.feature},
+                        {"before_um", r.before},
+                        {"promised_um", r.promised},
+                        {"low_um", r.low},
+                        {"high_um", r.high},
+                        {"printed_um", r.printed},
+                        {"oracle_um", r.oracle},
+                        {"stopped_more", r.stopped_more},
+                        {"cpu_s", r.cpu_s}}
+      .dump();
 }
 
-void append_row(const std::filesystem::path& file, const PromiseRow& r) {
-  const bool fresh = !std::filesystem::exists(file);
-  std::ofstream out(file, std::ios::app);
-  if (fresh)
-    out << "kind,lab,keys,answer,feature,before_um,promised_um,low_um,high_um,printed_um,oracle_um,stopped,"
-           "cpu_"
-           "s\n";
-  // An empty last word would be lost in reading.
-  out << fmt::format("{},{},{},{},{},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{:.5g},{},{:.2f}\n", r.kind, r.lab,
-                     plain(r.keys), r.answer, plain(r.feature), r.before, r.promised, r.low, r.high,
-                     r.printed, r.oracle, r.stopped_more, r.cpu_s);
+PromiseRow row_of(const std::string& text) {
+  const auto j = nlohmann::json::parse(text);
+  const auto number = [&](const char* key) {
+    return j.at(key).is_null() ? std::nan("") : j.at(key).get<double>();  // JSON has no word for no number
+  };
+  return {j.at("kind").get<std::string>(),
+          j.at("lab").get<int>(),
+          j.at("keys").get<std::string>(),
+          j.at("answer").get<std::string>(),
+          j.at("feature").get<std::string>(),
+          number("before_um"),
+          number("promised_um"),
+          number("low_um"),
+          number("high_um"),
+          number("printed_um"),
+          number("oracle_um"),
+          j.at("stopped_more").get<int>(),
+          number("cpu_s")};
 }
 
 std::string promise_table(std::span<const PromiseRow> rows) {

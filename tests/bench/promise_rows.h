@@ -1,8 +1,6 @@
-// PromiseRow holds how an answer of firn tune fared in one laboratory; rows are kept in files, so that a long
-// bench goes on where it was interrupted and pieces are added up.
+// PromiseRow holds how an answer of firn tune fared in one laboratory.
 #pragma once
 
-#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,9 +24,10 @@ struct PromiseRow {
   bool covered() const { return printed >= low && printed <= high; }
 };
 
-/// Returns the rows of a file that are whole; none where there is no file.
-std::vector<PromiseRow> read_rows(const std::filesystem::path& file);
-void append_row(const std::filesystem::path& file, const PromiseRow& row);
+/// Returns a row as one JSON object, and the row of such a text, the same to the last bit.
+/// @throws nlohmann::json::exception: the text is no row
+std::string row_text(const PromiseRow& row);
+PromiseRow row_of(const std::string& text);
 
 /// Share of the mean by which a print may be worse before advice counts as harm.
 inline constexpr double kHarm = 0.02;

@@ -1,15 +1,13 @@
 // Promises of firn tune held against prints, over laboratories that are drawn at random. Parameters are drawn
 // from the classes' own distributions; part, keys, recorded setting and disturbances are drawn too.
-//   tune_promises [LABS] [--seed S] [--first N] [--kind KIND] [--part EXPERIMENT] [--pairs N] [--budget N]
-//                 [--threads N] [--rows FILE]
-//   tune_promises --sum FILE...
+//   tune_promises [LABS] [--seed S] [--first N] [--kind KIND]... [--part EXPERIMENT] [--pairs N] [--budget N]
+//                 [-o FOLDER and a study's options]
 // KIND: droplets, height-change; optimal: droplets whose recorded setting is the oracle's, so that nothing
 // can be gained; mpc, estimator, spacing: droplets with other keys; ice, ice-foresee: the ice printer under
 // smf and smf_foresee; pressure, flight: droplets at the far end of what the tuner takes for possible;
 // thin-film, dead-row, tilted: laboratories of no class that it knows. Without --part a cylinder or a block
 // within 16 x 16 cells is printed, of eight to twelve layers, with 64 points a profile. Laboratory n of a
-// seed is the same whatever was run before it (--first); those that FILE holds are not run again, and --sum
-// adds up files.
+// seed is the same whatever was run before it (--first); those on record in FOLDER are not run again.
 #include <fmt/core.h>
 #include <sys/resource.h>
 
@@ -17,12 +15,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "config/fields.h"
 #include "config/include.h"
 #include "core/grid/random.h"
 #include "estimators/lab/box_search.h"
@@ -31,6 +29,7 @@
 #include "studies/tune/advice.h"
 #include "studies/tune/tune_answer.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/case_bench.h"
 #include "tests/bench/promise_rows.h"
 #include "tests/support/ice_print.h"
 
@@ -115,9 +114,7 @@ struct Case {
 };
 
 struct Options {
-  std::string file, kind = "droplets";
-  std::filesystem::path rows;
-  std::vector<std::filesystem::path> sum;
+  std::string file, kind;
   std::uint64_t seed = 1;
   int labs = 10, first = 0, threads = 2, pairs = 10, budget = 420;
 };
@@ -136,22 +133,8 @@ class Bench {
       if (o.kind == kStrange[n].kind) lab_.nature = kStrangeNatures[n];
   }
 
-  void run() {
-    std::vector<PromiseRow> rows = read_rows(o_.rows);
-    for (int n = o_.first; n < o_.first + o_.labs; ++n) {
-      if (std::ranges::any_of(rows, [&](const PromiseRow& r) { return r.kind == o_.kind && r.lab == n; }))
-        continue;
-      rows.push_back(one(n));
-      const PromiseRow& r = rows.back();
-      fmt::print(
-          "{:>4} {:<34} {:>7.3f} promised {:>7.3f} [{:>7.3f},{:>7.3f}] printed {:>7.3f} oracle {:>7.3f} {} "
-          "{}\n",
-          n, r.keys, r.before, r.promised, r.low, r.high, r.printed, r.oracle, r.answer, r.feature);
-      std::fflush(stdout);
-      if (!o_.rows.empty()) append_row(o_.rows, r);
-    }
-    fmt::print("{}", promise_table(rows));
-  }
+  /// The answer in laboratory n, and how it fared.
+  PromiseRow row(int n) const { return one(n); }
 
  private:
   std::vector<LabPrint> prints_of(const Case& c, const Experiment& e, std::uint32_t stream,
@@ -359,46 +342,67 @@ class Bench {
 
 FIRN_BENCH(tune_promises) {
   Options o;
-  for (int n = 1; n < argc; ++n) {
-    const std::string a = argv[n];
-    const bool more = n + 1 < argc;
-    if (a == "--seed" && more)
-      o.seed = std::strtoull(argv[++n], nullptr, 10);
-    else if (a == "--kind" && more)
-      o.kind = argv[++n];
-    else if (a == "--first" && more)
-      o.first = std::max(0, std::atoi(argv[++n]));
-    else if (a == "--part" && more)
-      o.file = argv[++n];
-    else if (a == "--threads" && more)
-      o.threads = std::max(1, std::atoi(argv[++n]));
-    else if (a == "--pairs" && more)
-      o.pairs = std::max(2, std::atoi(argv[++n]));
-    else if (a == "--budget" && more)
-      o.budget = std::max(300, std::atoi(argv[++n]));
-    else if (a == "--rows" && more)
-      o.rows = argv[++n];
-    else if (a == "--sum") {
-      o.sum.assign(argv + n + 1, argv + argc);
-      break;
-    } else
-      o.labs = std::max(1, std::atoi(a.c_str()));
+  std::vector<std::string> kinds{"droplets"};
+  std::vector<std::string> known{"droplets",  "height-change", "optimal", "mpc",
+                                 "estimator", "spacing",       "ice",     "ice-foresee"};
+  for (const Nature& n : kStrange) known.emplace_back(n.kind);
+  CaseBench bench("tune_promises", "promises of firn tune held against prints");
+  bench.options().option("LABS", o.labs, "of each kind").show_default().within(1, 1000000);
+  bench.options().option("--seed", o.seed, "of the laboratories").show_default();
+  bench.options()
+      .option("--first", o.first, "number of the first laboratory")
+      .show_default()
+      .within(0, 1000000);
+  bench.options()
+      .option("--kind", kinds, "given several times")
+      .one_value_each()
+      .show_default()
+      .one_of(known);
+  bench.options().option("--part", o.file, "experiment whose part is printed");
+  bench.options().option("--pairs", o.pairs, "of prints").show_default().within(2, 10000);
+  bench.options()
+      .option("--budget", o.budget, "simulated prints of an answer")
+      .show_default()
+      .within(300, 100000);
+  if (const auto code = bench.parse(argc, argv)) return *code;
+  std::vector<std::string> words{std::to_string(o.labs),  "--seed",  std::to_string(o.seed),  "--first",
+                                 std::to_string(o.first), "--pairs", std::to_string(o.pairs), "--budget",
+                                 std::to_string(o.budget)};
+  if (!o.file.empty()) {
+    o.file = std::filesystem::absolute(o.file).string();
+    words.insert(words.end(), {"--part", o.file});
   }
-  constexpr const char* kUsual[] = {"droplets",  "height-change", "optimal", "mpc",
-                                    "estimator", "spacing",       "ice",     "ice-foresee"};
-  if (std::ranges::find(kUsual, o.kind) == std::end(kUsual) &&
-      std::ranges::none_of(kStrange, [&](const Nature& n) { return o.kind == n.kind; })) {
-    fmt::print(stderr, "--kind {}: no such kind of laboratory\n", o.kind);
-    return 2;
+  for (const std::string& kind : kinds) words.insert(words.end(), {"--kind", kind});
+  Cases cases{"tune_promises",
+              fmt::format("seed {}, {} pairs, budget {}, {}", o.seed, o.pairs, o.budget,
+                          o.file.empty() ? "" : dump(load_experiment(o.file))),
+              kinds,
+              {},
+              {}};
+  cases.one_by_one = true;
+  for (int n = o.first; n < o.first + o.labs; ++n) cases.seeds.push_back(std::uint64_t(n));
+  cases.make = [&](std::size_t kind, std::uint64_t lab, int threads) {
+    Options of_kind = o;
+    of_kind.kind = kinds[kind];
+    of_kind.threads = threads;
+    return row_text(Bench(of_kind).row(int(lab)));
+  };
+  int code = 0;
+  const auto results = bench.results(cases, words, code);
+  if (!results) return code;
+  std::vector<PromiseRow> rows;
+  for (const CaseBench::Result& result : *results) {
+    if (!result.made) {
+      fmt::print("{}\n", result.reason);
+      continue;
+    }
+    const PromiseRow& r = rows.emplace_back(row_of(result.text));
+    fmt::print(
+        "{:>4} {:<34} {:>7.3f} promised {:>7.3f} [{:>7.3f},{:>7.3f}] printed {:>7.3f} oracle {:>7.3f} {} "
+        "{}\n",
+        r.lab, r.keys, r.before, r.promised, r.low, r.high, r.printed, r.oracle, r.answer, r.feature);
   }
-  if (!o.sum.empty()) {
-    std::vector<PromiseRow> rows;
-    for (const auto& file : o.sum)
-      for (PromiseRow& row : read_rows(file)) rows.push_back(std::move(row));
-    fmt::print("{}", promise_table(rows));
-    return 0;
-  }
-  Bench(o).run();
+  fmt::print("{}", promise_table(rows));
   return 0;
 }
 

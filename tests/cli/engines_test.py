@@ -5,100 +5,22 @@
 
 Whatever makes the prints, and whatever dies meanwhile, the results are those of the study in one piece, byte for byte.
 """
-import json
 import os
-import random
-import shutil
+import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from loopback_hosts import Cluster, Hosts, missing  # noqa: E402
+from studied import Studied  # noqa: E402
 
-FIRN, ROOT = None, None
-STUDY = """seeds = {seeds}
-experiment = "{root}/experiments/cuboid.toml"
-set = ["part.height_mm=0.03"]
-[[scheme]]
-name = "smf"
-set = ["control.scheme=smf"]
-[[scheme]]
-name = "threshold"
-set = ["control.scheme=threshold"]
-"""
 OTHER_ARITHMETIC = "export GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2,-FMA4"
-RESULTS = ("runs.csv", "summary.json", "report.html")
 
 
-class Engine(unittest.TestCase):
-    def setUp(self):
-        scratch = tempfile.TemporaryDirectory()
-        self.addCleanup(scratch.cleanup)
-        self.folder = Path(scratch.name) / "it's a study"  # shells on the way must leave it whole
-        self.folder.mkdir()
-        self.study = self.folder / "study.toml"
-        self.env = None
-
-    def studied(self, seeds):
-        self.study.write_text(STUDY.format(seeds=seeds, root=ROOT), encoding="utf-8")
-
-    def words(self, out, *more):
-        return [FIRN, "compare", str(self.study), "-o", str(self.folder / out), *more]
-
-    def compare(self, out, *more, code=0, env=None):
-        done = subprocess.run(self.words(out, *more), env=env or self.env, capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, code, done.stdout[-2000:] + done.stderr[-4000:])
-        return done.stdout + done.stderr
-
-    def assert_same_results(self, a, b):
-        for name in RESULTS:
-            self.assertEqual((self.folder / a / name).read_bytes(), (self.folder / b / name).read_bytes(), name)
-
-    def on_record(self, out):
-        return json.loads(self.compare(out, "--status", "--json"))["on_record"]
-
-    def eventually(self, holds, what, patience_s=120):
-        end = time.monotonic() + patience_s
-        while not holds():
-            self.assertLess(time.monotonic(), end, f"{what}: not within {patience_s} s")
-            time.sleep(0.2)
-
-
-class Killed(Engine):
-    """FIRN_SHARD_KILLS=100: so many kills."""
-
-    def test_shards_that_are_killed_at_random_moments_lose_nothing_and_print_nothing_twice(self):
-        self.studied(30)
-        moments, kills = random.Random(53), 0
-        while kills < int(os.environ.get("FIRN_SHARD_KILLS", "12")):
-            shard = subprocess.Popen(self.words("out", "--shard", f"{1 + kills % 3}/3", "--threads", "1"), stdout=subprocess.DEVNULL,
-                                     stderr=subprocess.DEVNULL)
-            time.sleep(moments.uniform(0.0, 0.25))
-            shard.kill()
-            shard.wait()
-            kills += 1
-            if self.on_record("out") >= 40:  # too few are left to be killed
-                self.compare("out")
-                self.check(kills)
-                shutil.rmtree(self.folder / "out")
-        self.compare("out")
-        self.check(kills)
-
-    def check(self, kills):
-        if not (self.folder / "alone").is_dir():
-            self.compare("alone")
-        self.assert_same_results("out", "alone")
-        digests = [json.loads(line.split(" ", 1)[1])["digest"] for journal in (self.folder / "out").rglob("*")
-                   if journal.suffix in (".journal", ".part") for line in journal.read_text(encoding="utf-8", errors="replace").splitlines()
-                   if line.endswith("}")]
-        self.assertEqual(len(digests), len(set(digests)), f"after {kills} kills")
-
-
-class OnSlurm(Engine):
+class OnSlurm(Studied):
     def setUp(self):
         super().setUp()
         self.studied(30)
@@ -130,7 +52,7 @@ class OnSlurm(Engine):
         self.assertIn("job", self.compare("out", "--status"))
         waiting = subprocess.Popen(self.words("out", "--on", "slurm"), env=self.env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.eventually(begin_at_once, "all tasks")
-        said = waiting.communicate(timeout=60)[0]
+        said = waiting.communicate(timeout=900)[0]
         self.assertEqual(waiting.returncode, 0, said)
         self.compare("alone")
         self.assert_same_results("out", "alone")
@@ -165,7 +87,7 @@ class OnSlurm(Engine):
         self.assertIn("Invalid partition", self.compare("out", "--on", "slurm:night", code=2))
 
 
-class OverSsh(Engine):
+class OverSsh(Studied):
     def hosts(self, names, hidden=None):
         place = tempfile.TemporaryDirectory()
         self.addCleanup(place.cleanup)
@@ -196,8 +118,9 @@ class OverSsh(Engine):
                                    stderr=subprocess.STDOUT, text=True)
         self.eventually(lambda: self.on_record("out") >= 4, "the first prints")
         hosts.daemons.kill("beta")
-        subprocess.run(["pkill", "-9", "-f", f"{self.folder}/out --shard"], check=False)  # its prints die too, and alpha's
-        said = running.communicate(timeout=120)[0]
+        for process in shards_of(self.folder / "out"):  # its prints die too, and alpha's
+            os.kill(process, signal.SIGKILL)
+        said = running.communicate(timeout=900)[0]
         if running.returncode == 1:
             self.assertIn("missing", said)
             self.compare("out")
@@ -213,13 +136,25 @@ class OverSsh(Engine):
         self.assertIn("--detach", self.compare("out", "--on", "ssh:alpha", "--detach", code=2))
 
 
+def shards_of(out):
+    """Processes that print a shard of a study's folder."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (process / "cmdline").read_bytes().decode(errors="replace").split("\0")
+        except OSError:
+            continue
+        if str(out) in words and "--shard" in words:
+            found.append(int(process.name))
+    return found
+
+
 def has_fused_multiply_add():
     return " fma" in Path("/proc/cpuinfo").read_text(encoding="utf-8")
 
 
 def main():
-    global FIRN, ROOT
-    FIRN, ROOT = sys.argv[1:3]
+    Studied.firn, Studied.root = sys.argv[1:3]
     for programs in (Cluster.PROGRAMS, Hosts.PROGRAMS, ("parallel",)):
         if name := missing(*programs):
             print(f"skipped: cluster: {name} is not installed")

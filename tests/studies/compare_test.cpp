@@ -171,8 +171,9 @@ TEST_CASE("schemes that are configured alike are printed once and are not distin
 
 TEST_CASE("two studies cannot write one folder at the same time") {
   const test::Scratch scratch("compare-lock");
-  const StudyJournal first(scratch / "results.journal", kLab);
-  CHECK_THROWS_WITH(StudyJournal(scratch / "results.journal", kLab), Catch::Contains("another firn compare"));
+  const StudyJournal first(scratch / "results.journal", kLab.metrics);
+  CHECK_THROWS_WITH(StudyJournal(scratch / "results.journal", kLab.metrics),
+                    Catch::Contains("another firn compare"));
 }
 
 TEST_CASE("an unknown metric is answered with the known ones and the nearest") {

@@ -2,30 +2,33 @@
 #include "tests/bench/promise_rows.h"
 
 #include <catch2/catch.hpp>
-#include <fstream>
-
-#include "tests/support/temp_folder.h"
+#include <cmath>
 
 using namespace firn;
 using namespace firn::tune;
 using Catch::Contains;
 
-TEST_CASE("Rows of promises are read back as they were kept, and a torn one is left out") {
-  const test::TempFolder folder;
-  const auto file = folder.path() / "rows.csv";
-  CHECK(read_rows(file).empty());
-  append_row(file, {"droplets", 4, "control.smf.kp = 1, control.smf.ki_star = 0", "advised", "a, b", 2.0, 0.5,
-                    0.25, 0.75, 0.5, 0.625, 0, 3.5});
-  append_row(file, {"tilted", 5, "k", "refused", "tilt"});
-  std::ofstream(file, std::ios::app) << "droplets,6,k,adv";
-  const auto rows = read_rows(file);
-  REQUIRE(rows.size() == 2);
-  CHECK(rows[0].keys == "control.smf.kp = 1; control.smf.ki_star = 0");
-  CHECK(rows[0].lab == 4);
-  CHECK(rows[0].covered());
-  CHECK(rows[0].oracle == 0.625);
-  CHECK(rows[1].feature == "tilt");
-  CHECK_FALSE(rows[1].answered());
+TEST_CASE("Rows of promises are read back as they were kept, also where a number is none") {
+  const PromiseRow kept{"droplets",
+                        4,
+                        "control.smf.kp = 1, control.smf.ki_star = 0",
+                        "advised",
+                        "a, b",
+                        1.0 / 3.0,
+                        0.5,
+                        0.25,
+                        0.75,
+                        0.5,
+                        std::nan(""),
+                        0,
+                        3.5};
+  const PromiseRow row = row_of(row_text(kept));
+  CHECK(row.keys == kept.keys);
+  CHECK(row.lab == 4);
+  CHECK(row.before == kept.before);
+  CHECK(row.covered());
+  CHECK(std::isnan(row.oracle));
+  CHECK(row_of(row_text({"tilted", 5, "k", "refused", "tilt"})).feature == "tilt");
 }
 
 TEST_CASE("The mean gain of promises is of shares, which a rough laboratory does not outweigh") {

@@ -156,25 +156,58 @@ TEST_CASE("a shard's damaged line is counted, costs its print alone and changes 
   text[text.size() / 2] ^= 0x01;
   std::ofstream(file, std::ios::binary) << text;
   const auto state = nlohmann::json::parse([&] {
-    StudyJournal journal(b.out() / "results.journal", kShardLab);
+    StudyJournal journal(b.out() / "results.journal", kShardLab.metrics);
     for (const fs::path& shard : shard_journals(b.out())) journal.take(shard);
     return study_state_json(b.plan(), journal, {});
   }());
   CHECK(state["on_record"] == kUnique - 1);
   CHECK(state["damaged_lines"] == 1);
+  CHECK_THAT(state["damage"][0]["file"].get<std::string>(), Catch::EndsWith("2-of-2.journal"));
+  CHECK(state["damage"][0]["first"] == 1 + std::ranges::count(text.substr(0, text.size() / 2), '\n'));
   shard_prints = 0;
   REQUIRE(b.run() == kOk);
   CHECK(shard_prints == 1);
   CHECK(b.results() == whole.results());
 }
 
+TEST_CASE(
+    "kinds of unlike known times are dealt so that no shard takes longer than the rest by more than one of "
+    "them",
+    "[shards]") {
+  class Unlike : public StudyWork {
+   public:
+    Unlike() {
+      kinds = {"a", "b", "c", "d"};
+      seconds = {200.0, 60.0, 5.0, 1.0};
+      for (std::size_t s = 0; s < 12; ++s)
+        for (std::size_t k = 0; k < kinds.size(); ++k) cells.push_back({k, 0, s, std::to_string(97 * s + k)});
+    }
+    StudyPrint make(const StudyCell&) const override { return {}; }
+  };
+  const Unlike work;
+  for (const int of : {2, 3, 5, 7}) {
+    std::set<std::string> seen;
+    std::vector<double> load;
+    for (int k = 1; k <= of; ++k) {
+      load.push_back(0.0);
+      for (const StudyCell* c : cells_of(work, {k, of})) {
+        CHECK(seen.insert(c->digest).second);
+        load.back() += work.seconds[c->arm];
+      }
+    }
+    CHECK(seen.size() == work.cells.size());
+    CHECK(std::ranges::max(load) - std::ranges::min(load) <= 200.0);
+    CHECK(std::ranges::max(load) <= 266.0 * 12 / of + 200.0);
+  }
+}
+
 TEST_CASE("a shard has one writer, and so has the merge", "[shards]") {
   const ShardBench b("locked");
   fs::create_directories(b.out() / "shards");
-  const StudyJournal at_work(b.out() / "shards" / "1-of-2.part", kShardLab);
+  const StudyJournal at_work(b.out() / "shards" / "1-of-2.part", kShardLab.metrics);
   CHECK_THROWS_WITH(b.run("1/2"), Catch::Contains("1-of-2.part: another firn compare is at work"));
   REQUIRE(b.run("2/2") == kOk);
-  const StudyJournal merging(b.out() / "results.journal", kShardLab);
+  const StudyJournal merging(b.out() / "results.journal", kShardLab.metrics);
   CHECK_THROWS_WITH(b.run(), Catch::Contains("results.journal: another firn compare is at work"));
 }
 
@@ -185,7 +218,7 @@ TEST_CASE("results of another build never count, and those of another platform o
   const StudyOrigin here = study_origin();
   const StudyPlan plan = b.plan();
   const auto write = [&](const char* name, const StudyOrigin& origin, std::size_t first, std::size_t last) {
-    StudyJournal journal(b.out() / "shards" / name, kShardLab, StudyPlatforms::kThis, origin);
+    StudyJournal journal(b.out() / "shards" / name, kShardLab.metrics, StudyPlatforms::kThis, origin);
     const auto cells = cells_of(plan, {});
     for (std::size_t n = first; n < last; ++n)
       journal.append(cells[n]->digest, "low", "a", 1, {true, "finished", "elsewhere", {9.0}, 0.5});
@@ -193,7 +226,7 @@ TEST_CASE("results of another build never count, and those of another platform o
   write("1-of-2.journal", {"0123456789abcdef", here.platform}, 0, 10);
   write("2-of-2.journal", {here.build, "0123456789abcdef"}, 10, 30);
   const auto journal = [&](StudyPlatforms platforms) {
-    auto all = std::make_unique<StudyJournal>(b.out() / "results.journal", kShardLab, platforms);
+    auto all = std::make_unique<StudyJournal>(b.out() / "results.journal", kShardLab.metrics, platforms);
     for (const fs::path& shard : shard_journals(b.out())) all->take(shard);
     return all;
   };
@@ -222,7 +255,7 @@ TEST_CASE(
   CHECK(shard_prints == 1);
   CHECK_FALSE(fs::exists(b.out() / "summary.json"));
   const auto state = [&] {
-    const StudyJournal journal(b.out() / "results.journal", kShardLab);
+    const StudyJournal journal(b.out() / "results.journal", kShardLab.metrics);
     return nlohmann::json::parse(study_state_json(b.plan(), journal, {}));
   };
   CHECK(state()["hours"].is_null());
@@ -279,7 +312,7 @@ TEST_CASE("the state of a study is told while another process is at work, and te
   CHECK_FALSE(fs::exists(b.out()));
   b.options.status = false;
   REQUIRE(b.run("", 2) == kOk);
-  const StudyJournal held(b.out() / "results.journal", kShardLab);
+  const StudyJournal held(b.out() / "results.journal", kShardLab.metrics);
   b.options.status = true;
   CHECK(b.run() == kOk);
   CHECK(b.run("1/2") == kOk);
@@ -291,7 +324,7 @@ TEST_CASE("the shards to do are those with a print that is not on record", "[sha
   ShardBench b("to-do");
   REQUIRE(b.run("2/5") == kOk);
   const StudyPlan plan = b.plan();
-  StudyJournal journal(kShardLab);
+  StudyJournal journal(kShardLab.metrics);
   take_journals(journal, b.out(), {});
   CHECK(shards_to_do(plan, journal, 5) == std::vector<int>{1, 3, 4, 5});
   for (const int of : {1, 3, 7, 50, kUnique}) {

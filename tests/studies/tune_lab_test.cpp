@@ -390,7 +390,7 @@ TEST_CASE("An imported record of a print is taken as printed by the scheme of it
   const FittedLab lab = fit_lab(runs, {.seed = 3, .threads = 2, .prints = 170});
   CHECK(lab.check.passed());
   const std::vector<TuneKey> keys{{"control.smf.kp", e}};
-  CHECK_THROWS_WITH(verify_promise(runs[0], keys, {}, {}), Contains("imported"));
+  CHECK_THROWS_WITH(PromisePairs(runs[0], keys, {}), Contains("imported"));
 
   // The same record as if gains that hardly answer had printed it.
   Experiment other = e;

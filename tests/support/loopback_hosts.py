@@ -6,7 +6,7 @@ import subprocess
 import time
 from pathlib import Path
 
-PATIENCE_S = 60
+PATIENCE_S = 300  # a loaded computer takes its time; whoever waits looks five times a second
 
 
 def missing(*programs):

@@ -9,7 +9,7 @@
 namespace firn::motion {
 
 double factor_of(const double* ratio) {
-  return std::max({ratio[0], std::sqrt(ratio[1]), exact::cbrt(ratio[2])});
+  return exact::max_with_cbrt(std::max(ratio[0], std::sqrt(ratio[1])), ratio[2]);
 }
 
 double RatioTable::time_factor() const {
@@ -180,8 +180,8 @@ void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool,
         size[k] = b ? std::sqrt(a[n] * a[n] + b[n] * b[n]) : std::abs(a[n]);
       }
       const RateLimits& limit = groups.group[g].limit;
-      most = std::max({most, size[0] / limit.rate, std::sqrt(size[1] / limit.acceleration),
-                       exact::cbrt(size[2] / limit.jerk)});
+      most = std::max({most, size[0] / limit.rate, std::sqrt(size[1] / limit.acceleration)});
+      most = exact::max_with_cbrt(most, size[2] / limit.jerk);
     }
   }
 }

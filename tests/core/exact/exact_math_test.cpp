@@ -44,6 +44,27 @@ TEST_CASE("exact functions lie within one unit of the last place", "[exact][seed
   }
 }
 
+TEST_CASE("the larger of a number and a cube root is that of the root itself, to the last bit",
+          "[exact][seeded]") {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity(),
+                   kNone = std::numeric_limits<double>::quiet_NaN();
+  const auto check = [](double least, double x) {
+    CAPTURE(least, x);
+    CHECK(same(exact::max_with_cbrt(least, x), std::max(least, exact::cbrt(x))));
+  };
+  RandomStream random(54, Purpose::kTest);
+  for (int n = 0; n < 30'000; ++n) {
+    const double least = std::exp2(random.uniform(-300.0, 300.0));
+    double x = least * least * least * (n % 3 ? 1.0 : random.uniform(0.0, 2.0));
+    for (int step = 0; step < n % 9; ++step) x = std::nextafter(x, n % 2 ? kInfinity : 0.0);
+    check(least, x);
+  }
+  for (const double least : {0.0, 5e-324, 1.0, 1e103, kInfinity})
+    for (const double x :
+         {0.0, -8.0, 5e-324, 1.0, std::nextafter(1.0, 2.0), 1e308, kInfinity, -kInfinity, kNone})
+      check(least, x);
+}
+
 TEST_CASE("exact functions are as C has them at zeros, infinities and the axes", "[exact]") {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double zero : {0.0, -0.0}) {
