@@ -24,6 +24,7 @@ std::string unread_by_scheme(const Experiment& experiment, std::string_view key)
   for (const auto& s : control::schemes()) {
     if (!key.starts_with("control." + std::string(s.name) + ".") || s.name == scheme) continue;
     if (s.name == "smf" && scheme.starts_with("smf")) continue;
+    if (scheme == "auto" && (s.name == "smf" || s.name == "mpc" || s.name == "threshold")) continue;
     return "is of scheme " + std::string(s.name) + ", and this print has scheme " + scheme;
   }
   if (key == "control.target_offset_mm" &&

@@ -221,8 +221,9 @@ void check_passes(Rules& r) {
   const int s = e.process.sub_patterns;
   r.require(s != 3, {"process.sub_patterns"}, "a layer has 1, 2 or 4 sub-patterns");
   // A pass has a number of seven bits (lcmtypes/stage_command_t.lcm).
-  const int drops = e.control.scheme == "mpc"                     ? e.control.mpc.max_drops
-                    : e.control.scheme == "smf"                   ? e.control.smf.max_drops
+  const int drops = e.control.scheme == "mpc"    ? e.control.mpc.max_drops
+                    : e.control.scheme == "auto" ? std::max(e.control.mpc.max_drops, e.control.smf.max_drops)
+                    : e.control.scheme == "smf"  ? e.control.smf.max_drops
                     : control::is_python_scheme(e.control.scheme) ? control::kMaxPythonDrops
                                                                   : 1;
   const int inks = has_two_jets(e) ? 2 : 1;
@@ -253,6 +254,12 @@ void check_estimator(Rules& r) {
             "knows one ink; this experiment prints two");
   r.require(!kalman || e.control.smoothing == 0.0, {"control.height_estimate", "control.smoothing"},
             "needs the raw map, whose noise differs from cell to cell: control.smoothing = 0");
+  const bool chooses = e.control.scheme == "auto";
+  r.require(!chooses || e.control.adapt_model == "off", {"control.scheme", "control.adapt_model"},
+            "auto learns the height of droplets itself: control.adapt_model = \"off\"");
+  r.require(
+      !chooses || e.actuation.offsets == OffsetKind::kNone, {"control.scheme", "actuation.offsets"},
+      "auto chooses among schemes that print the middles of cells: control.scheme = \"mpc\" knows places");
   const bool factors = e.control.droplet_factors != "off";
   r.require(!factors || kalman, {"control.droplet_factors", "control.height_estimate"},
             "needs control.height_estimate = \"kalman\"");

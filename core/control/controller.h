@@ -53,6 +53,11 @@ struct Measurement {
   int layer = 0;              ///< layers deposited so far; the decision is for layer + 1
   int attempt = 0;            ///< re-measurement number of this layer
   double noise_std_mm = 0.0;  ///< of one cell; 0 = unknown
+  /// The surface blended with the one that the executed droplets predict, finite on the mask, and the
+  /// standard deviation of one of its cells. Null: there is none. For a scheme that chooses between the two;
+  /// to all others the blended surface is handed in as `height`.
+  const HeightMap* estimate = nullptr;
+  double estimate_std_mm = 0.0;
 };
 
 struct Decision {
@@ -66,7 +71,8 @@ struct Decision {
   MaterialMap materials;        ///< ink of each cell of the mask in this layer; no cells with one ink
   OffsetMap
       offsets;  ///< place of each cell's droplets, of Setup::offsets.table; without cells: all in the centres
-  std::string reason;  ///< one sentence
+  std::string reason;       ///< one sentence
+  std::string notice = {};  ///< a sentence that the operator is told beside the plan; empty: nothing
 };
 
 /// A feedback scheme. Its state is a pure function of the measurements handed in so far (it is replayed): no

@@ -207,6 +207,9 @@ inline constexpr OptionTable kMpcOptions{
            "the print ends when the best layer would improve the surface by no more", Change::kBetweenLayers},
 };
 
+/// rim_lead_layers with control.droplet_factors = "together".
+inline constexpr double kRimLead_layers = 1.5;
+
 /// Patterns for system identification (core/control/pattern.h).
 enum class PatternKind : std::uint8_t { kRandom, kIdentification, kSquares, kPlaces };
 inline constexpr std::array<std::string_view, 4> kPatternKindWords{"random", "identification", "squares",

@@ -27,6 +27,8 @@ struct DropletModel {
 
   /// Height that one droplet adds over all cells = height of a full layer far from any edge.
   double layer_height_mm() const { return h1_mm + 4.0 * h2_mm + 4.0 * h3_mm; }
+  /// Sum of the squares of the heights that one droplet adds to the cells.
+  double sum_of_squares_mm2() const { return h1_mm * h1_mm + 4.0 * h2_mm * h2_mm + 4.0 * h3_mm * h3_mm; }
   DropletModel times(double factor) const { return {factor * h1_mm, factor * h2_mm, factor * h3_mm}; }
   bool operator==(const DropletModel&) const = default;
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "config/labs.h"
+#include "core/control/auto/auto_scheme.h"
 #include "core/control/python_scheme.h"
 #include "core/grid/npy.h"
 #include "core/path/job_codec.h"
@@ -20,19 +21,30 @@ namespace {
 
 constexpr TimerId kLateReports{1};
 constexpr double kWaitForReports_s = 2.0;
-constexpr double kRimLead_layers = 1.5;  // control.droplet_factors = "together"
+
+// Returns whether the height estimate knows this lab: one ink, raw maps, droplets in the middles of cells.
+bool can_estimate(const Experiment& e) {
+  return !has_two_jets(e) && e.control.smoothing == 0.0 && OffsetTable(e.actuation).size() == 1;
+}
+
+// The experiment whose height estimate goes to scheme auto.
+Experiment with_estimate_of_auto(Experiment e) {
+  e.control.height_estimate = "kalman";
+  e.control.droplet_factors = "together";
+  e.control.filter.droplet_scatter = control::kAutoScatter;
+  return e;
+}
 
 }  // namespace
 
 control::ControlOptions control_options(const Experiment& e) {
   control::ControlOptions o = e.control;
   if (o.mpc.error != control::ErrorKind::kAbsolute) {
-    const ModelConfig& h = e.model;
+    const deposition::DropletModel h{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm};
     const double scatter = e.control.filter.droplet_scatter;
-    o.mpc.price_mm2 =
-        scatter * scatter * (h.h1_mm * h.h1_mm + 4.0 * h.h2_mm * h.h2_mm + 4.0 * h.h3_mm * h.h3_mm);
+    o.mpc.price_mm2 = scatter * scatter * h.sum_of_squares_mm2();
   }
-  if (e.control.droplet_factors == "together") o.mpc.rim_lead_layers = kRimLead_layers;
+  if (e.control.droplet_factors == "together") o.mpc.rim_lead_layers = control::kRimLead_layers;
   return o;
 }
 
@@ -67,9 +79,13 @@ ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
     : changes_(e),
       own_source_(own_source(e.control.adapt_model)),
       grid_(e.grid),
+      beside_map_(e.control.scheme == "auto"),
       known_(control_setup(e, target, mask, geometry)),
       wait_s_(kWaitForReports_s * e.run.time_scale) {
-  if (e.control.height_estimate == "kalman") estimate_.emplace(e, mask);
+  if (beside_map_ && can_estimate(e))
+    estimate_.emplace(with_estimate_of_auto(e), mask);
+  else if (!beside_map_ && e.control.height_estimate == "kalman")
+    estimate_.emplace(e, mask);
   control::Setup setup = control_setup(e, std::move(target), std::move(mask), std::move(geometry));
   model_ = setup.model;
   if (estimate_ && estimate_->factors()) {
@@ -131,6 +147,7 @@ control::Decision ControllerNode::decide(const height_map_t& m) {
     if (const auto* factors = estimate_->factors())
       scheme_->use_models(model_.times(factors->at(droplet::Place::kInside)),
                           model_.times(factors->at(droplet::Place::kRim)));
+    if (beside_map_) return decide_on_map(m);
     return scheme_->decide({estimate_->height(), m.layer, m.attempt, estimate_->std_mm()});
   }
   return decide_on_map(m);
@@ -140,7 +157,14 @@ control::Decision ControllerNode::decide_on_map(const height_map_t& m) {
   const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
   const bool counted = m.rows_expected > 0;
   HeightMap height = counted ? known_.filled(height_of(m), m.quality, m.layer) : height_of(m);
-  control::Decision d = scheme_->decide({height, m.layer, m.attempt, noise});
+  control::Measurement measured{height, m.layer, m.attempt, noise};
+  HeightMap estimate;
+  if (estimate_) {
+    estimate = estimate_->height();
+    measured.estimate = &estimate;
+    measured.estimate_std_mm = estimate_->std_mm();
+  }
+  control::Decision d = scheme_->decide(measured);
   if (counted) known_.keep(std::move(height), m.layer, d.drops, d.materials, d.offsets);
   return d;
 }
@@ -159,6 +183,7 @@ void ControllerNode::answer(const height_map_t& m, Outbox& out) {
     d.reason = error.what();
     out.report(Severity::kStop, error.what());
   }
+  if (!d.notice.empty()) out.report(Severity::kNotice, d.notice);
   plan.decision = std::int8_t(d.kind);
   plan.objective_mm = d.objective_mm;
   plan.objective_none_mm = d.objective_none_mm;

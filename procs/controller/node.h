@@ -25,7 +25,9 @@ namespace firn {
 /// control.height_estimate = "kalman" the scheme receives the map blended with the height predicted from the
 /// executed droplets. A map that overtakes the reports of its layer waits for these reports, at most two
 /// seconds; then the map counts alone. A cell that a scan has not measured is decided by the model's height
-/// (core/control/known_surface.h), not by the map's guess, if the map counts the rows of its scan.
+/// (core/control/known_surface.h), not by the map's guess, if the map counts the rows of its scan. Scheme
+/// auto receives the map, and beside it the blended height where one is known (one ink, raw maps, droplets in
+/// the middles of their cells), with droplet factors "together". A decision's notice is reported as a notice.
 class ControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.
@@ -56,8 +58,9 @@ class ControllerNode final : public Node {
   Changes changes_;
   std::string own_source_;  ///< the program of the lab's own whose OWN_HEIGHT_MODEL counts; empty: none
   GridSpec grid_;
+  bool beside_map_;  ///< scheme auto: the estimate goes beside the map, not in its place
   std::unique_ptr<control::LayerController> scheme_;
-  control::KnownSurface known_;             ///< without an estimate
+  control::KnownSurface known_;             ///< of decisions on the map
   deposition::DropletModel model_;          ///< as configured
   std::optional<HeightEstimate> estimate_;  ///< "kalman"
   double wait_s_;

@@ -2,8 +2,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/control/auto/auto_scheme.h"
 #include "core/control/controller.h"
 #include "core/control/forwarding_controller.h"
+#include "core/control/graph/graph_mpc.h"
 #include "core/control/layer_bound.h"
 #include "core/control/mpc/reference_governor.h"
 #include "core/control/open_loop.h"
@@ -33,6 +35,10 @@ std::unique_ptr<LayerController> make_spatial_ilc(const Setup& setup, const Cont
   return std::make_unique<StallBound>(std::make_unique<SpatialIlc>(setup, options), setup, options);
 }
 
+std::unique_ptr<LayerController> make_graph_mpc(const Setup& setup, const ControlOptions& options) {
+  return std::make_unique<StallBound>(std::make_unique<GraphMpc>(setup, options), setup, options);
+}
+
 constexpr Scheme kSchemes[] = {
     {"open_loop", "every layer as sliced, whatever is measured", &make<OpenLoop>},
     {"smf", "surface-mapping feedback, PID per cell, drop on demand [Barnett 2012]", &make<Smf>},
@@ -41,6 +47,9 @@ constexpr Scheme kSchemes[] = {
     {"mpc", "model predictive control with stochastic greedy search [Lu 2015]", &make_mpc},
     {"spatial_ilc", "norm-optimal spatial iterative learning control, after Hoelzle and Barton 2016",
      &make_spatial_ilc, kSpatialIlcOptions},
+    {"graph_mpc", "predictive control of volumes with flow along a graph, after Guo et al. 2018",
+     &make_graph_mpc, kGraphMpcOptions},
+    {"auto", "chooses among these by what the first layers tell of the lab, and says why", &make<AutoScheme>},
     {"pattern", "patterns to learn from: random, identification prints, squares [Lu 2015, III-A, V-C]",
      &make<PatternPrint>},
     {"registration", "marks of both nozzles, to measure the offset of the second (firn calibrate)",
