@@ -7,6 +7,7 @@
 
 #include "files/json.h"
 #include "report/study/study_profile.h"
+#include "report/study/study_ratios.h"
 
 namespace firn {
 namespace {
@@ -47,6 +48,57 @@ std::string part_table(const StudyTable& t, const StudyAnalysis& a, std::size_t 
     s += "\n";
   }
   return s;
+}
+
+Json summary_json(const statistics::RatioSummary& r) {
+  return {{"pairs", r.pairs},
+          {"ratio", real(r.ratio)},
+          {"low", real(r.interval.low)},
+          {"high", real(r.interval.high)},
+          {"p", r.p},
+          {"upper", real(r.upper)}};
+}
+
+Json ratios_json(const StudyTable& t, const report::StudyRatios& r) {
+  Json overall = Json::array(), parts = Json::array(), profiles = Json::array(), pareto = Json::array();
+  for (const report::OverallRatio& o : r.overall)
+    overall.push_back({{"scheme", t.arms[o.arm]},
+                       {"ratio", real(o.ratio)},
+                       {"low", real(o.interval.low)},
+                       {"high", real(o.interval.high)},
+                       {"left_out", o.left_out}});
+  for (const report::PartRatio& p : r.parts) {
+    Json one = {{"scheme", t.arms[p.arm]}, {"part", t.parts[p.part]}};
+    one.update(summary_json(p.values));
+    parts.push_back(one);
+  }
+  for (const report::PerformanceProfile& p : r.profiles)
+    profiles.push_back({{"scheme", t.arms[p.arm]}, {"share", p.share}});
+  for (const report::ParetoPoint& p : r.pareto) {
+    Json one = {{"scheme", t.arms[p.arm]}};
+    for (std::size_t n = 0; n < p.means.size(); ++n)
+      one[t.metrics[r.pareto_metrics[n]].name] = real(p.means[n]);
+    one["bettered_by"] = p.bettered_by ? Json(t.arms[*p.bettered_by]) : Json(nullptr);
+    pareto.push_back(one);
+  }
+  Json j = {{"baseline", t.arms[r.baseline]},
+            {"over_parts", overall},
+            {"parts", parts},
+            {"profile_factors", report::kProfileFactors},
+            {"profiles", profiles},
+            {"pareto", pareto}};
+  if (!r.judged) return j;
+  Json judged = Json::array();
+  for (const report::JudgedPart& one : r.judged_parts) {
+    Json p = {{"part", t.parts[one.part]},
+              {"best", {t.arms[one.best[0]], t.arms[one.best[1]]}},
+              {"holds", one.holds}};
+    p.update(summary_json(one.values));
+    judged.push_back(p);
+  }
+  j["judged"] = {
+      {"scheme", t.arms[*r.judged]}, {"margin", r.margin}, {"holds", r.judged_holds()}, {"parts", judged}};
+  return j;
 }
 
 }  // namespace
@@ -96,6 +148,7 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
                                      c.values.pairs, t.seeds.size(), t.trial)
                        : "");
   }
+  if (const auto ratios = report::study_ratios(t)) s += report::ratios_text(t, *ratios);
   return s + report::profile_text(t, report::profile_rows(t)) + "\n" + a.answer + "\n";
 }
 
@@ -168,6 +221,7 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a,
   if (t.trial == "seed")  // printed here
     for (const char* file : {"study.toml", "results.journal"}) j["files"].push_back(file);
   for (const auto& [name, value] : provenance) j["provenance"][name] = value;
+  if (const auto ratios = report::study_ratios(t)) j["ratios"] = ratios_json(t, *ratios);
   if (!profile.empty()) {
     j["profile"] = profile;
     j["files"].push_back("profile.csv");

@@ -42,6 +42,10 @@ class StudyReader : private StudyValues {
         study_.metrics = metrics_of(node, line);
       else if (k == "baseline")
         baseline(node, line);
+      else if (k == "judged")
+        judged(node, line);
+      else if (k == "margin")
+        margin(node, line);
       else if (k == "worlds")
         study_.worlds.file = text_of(node, k, line);
       else if (k == "labs")
@@ -54,8 +58,8 @@ class StudyReader : private StudyValues {
         design_.read(k, node, line);
       else
         unknown(k, line,
-                {"name", "experiment", "set", "seeds", "metrics", "baseline", "worlds", "labs", "scheme",
-                 "part", "vary", "zip", "sample", "prior"});
+                {"name", "experiment", "set", "seeds", "metrics", "baseline", "judged", "margin", "worlds",
+                 "labs", "scheme", "part", "vary", "zip", "sample", "prior"});
     }
     if (std::ranges::any_of(schemes_, [](const StudyEntry& s) { return !s.runs.empty(); })) recorded(table);
     if (!study_.worlds.file.empty())
@@ -123,6 +127,18 @@ class StudyReader : private StudyValues {
   void baseline(const toml::node& node, int line) {
     study_.baseline = text_of(node, "baseline", line);
     baseline_line_ = line;
+  }
+
+  void judged(const toml::node& node, int line) {
+    study_.judged = text_of(node, "judged", line);
+    judged_line_ = line;
+  }
+
+  void margin(const toml::node& node, int line) {
+    const auto value = node.value<double>();
+    if (!value || !(*value > 1.0 && *value <= 10.0))
+      fail(line, "margin", "must be a factor above 1, at most 10");
+    study_.margin = *value;
   }
 
   std::vector<std::string> runs_of(const toml::node& node, int line) const {
@@ -194,14 +210,18 @@ class StudyReader : private StudyValues {
     if (study_.parts.size() > kMaxParts) fail(0, "part", "more than 64 parts");
     if (study_.arms.size() * study_.parts.size() * study_.seeds.size() > kMaxPrints)
       fail(0, "seeds", "asks for more than " + std::to_string(kMaxPrints) + " prints");
+    of_arms("baseline", study_.baseline, baseline_line_);
+    of_arms("judged", study_.judged, judged_line_);
+    if (!study_.judged.empty() && study_.baseline.empty())
+      fail(judged_line_, "judged", "needs a baseline, to which all ratios are");
+  }
+
+  void of_arms(const std::string& key, const std::string& name, int line) const {
     const auto& arms = study_.arms;
-    if (!study_.baseline.empty() && std::none_of(arms.begin(), arms.end(), [&](const StudyEntry& a) {
-          return a.name == study_.baseline;
-        })) {
-      std::string known;
-      for (const StudyEntry& a : arms) known += (known.empty() ? "" : ", ") + a.name;
-      fail(baseline_line_, "baseline", "'" + study_.baseline.substr(0, 100) + "' is not one of " + known);
-    }
+    if (name.empty() || std::ranges::find(arms, name, &StudyEntry::name) != arms.end()) return;
+    std::string known;
+    for (const StudyEntry& a : arms) known += (known.empty() ? "" : ", ") + a.name;
+    fail(line, key, "'" + name.substr(0, 100) + "' is not one of " + known);
   }
 
   void unique(const std::vector<StudyEntry>& entries, const std::string& kind) const {
@@ -213,7 +233,7 @@ class StudyReader : private StudyValues {
   Study study_;
   std::vector<StudyEntry> schemes_;
   DesignReader design_;
-  int baseline_line_ = 0;
+  int baseline_line_ = 0, judged_line_ = 0;
 };
 
 }  // namespace

@@ -46,6 +46,8 @@ struct Study {
   std::vector<KeyRange> priors;      ///< of the lab of each seed
   std::vector<std::string> metrics;  ///< the first is the primary one; "" = the lab's own
   std::string baseline;              ///< an arm's name, or ""
+  std::string judged;                ///< an arm's name, or ""
+  double margin = 1.1;               ///< of the judged arm, above 1
   StudyWorlds worlds = {};
 
   /// Returns true if the schemes are runs on record: all of them are then, with as many runs each.
@@ -54,7 +56,8 @@ struct Study {
 
 inline constexpr std::size_t kMaxArms = 64, kMaxParts = 64, kMaxSeeds = 100'000, kMaxPrints = 1'000'000;
 
-/// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline; [[scheme]] and
+/// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline, judged, margin;
+/// [[scheme]] and
 /// [[part]] with name and set; [vary], [zip], [sample] and [prior] (config/study_design.h). Or [[scheme]]
 /// with name and runs, name, metrics, baseline and nothing else. Or worlds and labs, the file of a
 /// declaration and one of its kinds of labs, with which load_study() fills experiment, parts, seeds and

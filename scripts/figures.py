@@ -133,6 +133,46 @@ def mpc_held_out():
     return "\n".join(lines) + "\n"
 
 
+def ratio(row):
+    return "-" if row["ratio"] is None else f"{row['ratio']:.2f}" + (f" [{row['low']:.2f}, {row['high']:.2f}]" if row["low"] is not None else "")
+
+
+def worlds():
+    """A row a world: ratios to the baseline, losses in bold; the last row is over all worlds."""
+    study = results("worlds")
+    ratios = study["ratios"]
+    schemes = [one["scheme"] for one in ratios["over_parts"]]
+    lines = ["|world|" + "|".join(schemes) + "|", "|-" + "|-:" * len(schemes) + "|"]
+    for part in study["parts"]:
+        found = [one for scheme in schemes for one in ratios["parts"] if (one["scheme"], one["part"]) == (scheme, part)]
+        lines.append(f"|{part}|" + "|".join(f"**{ratio(one)}**" if one["low"] > 1 else ratio(one) for one in found) + "|")
+    lines.append("|all of them|" + "|".join(ratio(one) for one in ratios["over_parts"]) + "|")
+    return "\n".join(lines) + "\n"
+
+
+def worlds_profiles():
+    ratios = results("worlds")["ratios"]
+    lines = ["|scheme|" + "|".join(f"{f:g}" for f in ratios["profile_factors"]) + "|", "|-" + "|-:" * len(ratios["profile_factors"]) + "|"]
+    lines += [f"|{one['scheme']}|" + "|".join(f"{100 * share:.0f} %" for share in one["share"]) + "|" for one in ratios["profiles"]]
+    return "\n".join(lines) + "\n"
+
+
+def worlds_pareto():
+    lines = ["|scheme|RMS [um]|overspill and missing [%]|layers|bettered in all three by|", "|-|-:|-:|-:|-|"]
+    for one in results("worlds")["ratios"]["pareto"]:
+        lines.append(f"|{one['scheme']}|{one['rms_um']:.2f}|{one['misplaced_pct']:.1f}|{one['layers']:.1f}|{one['bettered_by'] or 'none'}|")
+    return "\n".join(lines) + "\n"
+
+
+def worlds_auto():
+    lines = ["|world|ratio of auto to the best other scheme|one-sided 95 % bound|best other scheme, chosen on other labs|", "|-|-:|-:|-|"]
+    for one in results("worlds")["ratios"]["judged"]["parts"]:
+        best = " or ".join(dict.fromkeys(one["best"]))
+        bound = f"{one['upper']:.3f}"
+        lines.append(f"|{one['part']}|{ratio(one)}|{bound if one['holds'] else f'**{bound}**'}|{best}|")
+    return "\n".join(lines) + "\n"
+
+
 def edges():
     """A row a part of the study and scheme: both droplets at three values of plant.slope_bias_mm, and the paper's model."""
     study = results("edges")
@@ -200,7 +240,8 @@ def aerosol_thompson():
 
 
 TABLES = {"aerosol": aerosol, "aerosol-width": aerosol_width, "aerosol-thompson": aerosol_thompson, "cylinder": cylinder, "edges": edges, "mpc-held-out": mpc_held_out, "schemes": schemes,
-          "ice": ice, "ice-roughness": ice_roughness}
+          "ice": ice, "ice-roughness": ice_roughness, "worlds": worlds, "worlds-auto": worlds_auto,
+          "worlds-pareto": worlds_pareto, "worlds-profiles": worlds_profiles}
 
 
 def take(name, file):
@@ -208,10 +249,10 @@ def take(name, file):
     study = json.loads(Path(file).read_text(encoding="utf-8"))
     study.pop("trajectories", None)  # firn plan: a row a path
     if "schemes" in study:
-        study = {key: study[key] for key in ("study", "provenance", "answer", "notes", "parts", "seeds", "schemes") if key in study}
+        study = {key: study[key] for key in ("study", "provenance", "answer", "notes", "parts", "seeds", "schemes", "ratios") if key in study}
     RESULTS.mkdir(exist_ok=True)
     text = json.dumps(study, indent=None, separators=(",", ":"), ensure_ascii=False)
-    for first, line in (("name", "\n"), ("metric", "\n "), ("id", "\n")):
+    for first, line in (("name", "\n"), ("metric", "\n "), ("id", "\n"), ("scheme", "\n"), ("part", "\n")):
         text = text.replace(f'{{"{first}"', f'{line}{{"{first}"')
     (RESULTS / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 

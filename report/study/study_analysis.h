@@ -47,6 +47,8 @@ struct StudyTable {
   std::vector<std::uint64_t> seeds;
   std::vector<StudyMetric> metrics;  ///< the first is primary
   std::string baseline;              ///< an arm, or ""
+  std::string judged = {};           ///< an arm that shall nowhere be behind the best other one, or ""
+  double margin = 1.1;               ///< by more than this factor
   std::vector<StudyRun> runs;        ///< [(arm * parts + part) * seeds + seed]
   StudyProfileNames profile = {};
   std::string trial = "seed";           ///< that all arms share: "seed", or "block" of recorded runs

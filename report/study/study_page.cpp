@@ -11,6 +11,7 @@
 #include "report/study/study_answer.h"
 #include "report/study/study_plots.h"
 #include "report/study/study_profile.h"
+#include "report/study/study_ratios.h"
 
 namespace firn::report {
 namespace {
@@ -213,8 +214,9 @@ std::string study_page(const StudyPage& page) {
        ", " + counted(t.seeds.size(), t.trial) + ". Primary metric: " + escape_html(t.metrics[0].meaning) +
        "; smaller is better. Means over parts and " + t.trial + "s with 95 % intervals (BCa bootstrap over " +
        t.trial + "s).</p>\n";
-  s += arms_table(t, a, kAllParts) + metric_meanings(t) + profile_section(t, profile_rows(t)) +
-       trade_off(t, a) + plots(t, a, page.nature);
+  s += arms_table(t, a, kAllParts) + metric_meanings(t);
+  if (const auto ratios = study_ratios(t)) s += ratios_section(t, *ratios);
+  s += profile_section(t, profile_rows(t)) + trade_off(t, a) + plots(t, a, page.nature);
   if (const auto pairs = family(a, 0, kAllParts); !pairs.empty()) s += pairs_table(t, pairs);
   s += secondary(t, a) + settings("Settings that differ between the schemes", t.arms, page.arm_settings) +
        settings("Settings that differ between the parts", t.parts, page.part_settings) + failures(t);

@@ -123,6 +123,8 @@ report::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journa
   for (const StudyEntry& p : plan.study.parts) t.parts.push_back(p.name);
   t.seeds = plan.study.seeds;
   t.baseline = plan.study.baseline;
+  t.judged = plan.study.judged;
+  t.margin = plan.study.margin;
   t.profile = plan.lab->profile;
   for (const std::size_t m : plan.metrics) t.metrics.push_back(plan.lab->metrics[m]);
   t.runs.resize(plan.cells.size());

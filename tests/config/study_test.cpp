@@ -110,6 +110,9 @@ TEST_CASE("A mistake in a study is told with file, line, key and limit") {
   holds("seeds = 3\n[[scheme]]\nset = []\n", {"s.toml:2", "no name"});
   holds("seeds = 3\n[[scheme]]\nname = \"../a\"\n", {"scheme.name", "letters"});
   holds("seeds = 3\nbaseline = \"b\"\n[[scheme]]\nname = \"a\"\n", {"s.toml:2", "baseline", "not one of a"});
+  holds("seeds = 3\njudged = \"b\"\n[[scheme]]\nname = \"a\"\n", {"s.toml:2", "judged", "not one of a"});
+  holds("seeds = 3\njudged = \"a\"\n[[scheme]]\nname = \"a\"\n", {"s.toml:2", "judged", "needs a baseline"});
+  holds("seeds = 3\nmargin = 1.0\n[[scheme]]\nname = \"a\"\n", {"s.toml:2", "margin", "above 1"});
   holds("seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.scheme=mcp\"]\n",
         {"scheme 'a' on part 'part'", "control.scheme", "mpc"});
   holds("seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.kp=1\"]\n", {"scheme 'a'", "control.kp"});
