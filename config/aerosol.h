@@ -31,6 +31,9 @@ struct AerosolPlantConfig {
   double overspray = 0.05;
   double halo = 4.0;
   double clog_per_h = 0.02;
+  double vial_h = 10.0;
+  double level_loss = 0.0;
+  double tube_per_h = 0.0;
   double optical_depth_mm = 0.002;
   double camera_dx_mm = 0.0, camera_dy_mm = 0.0;
   double camera_turn_deg = 0.0;
@@ -61,6 +64,16 @@ inline constexpr OptionTable kAerosolPlant{
     Option{"halo", &AerosolPlantConfig::halo, "", within(1.5, 10), "width of the halo in widths of the line"},
     Option{"clog_per_h", &AerosolPlantConfig::clog_per_h, "1/h", within(0, 5),
            "share of the nozzle's section that closes while ink flows"},
+    Option{"vial_h", &AerosolPlantConfig::vial_h, "h", within(0.1, 1000),
+           "hours in which the nominal flow empties the atomizer's full vial [U]"},
+    Option{
+        "level_loss", &AerosolPlantConfig::level_loss, "", within(0, 1),
+        "share of its output that the atomizer loses from the full to the empty vial; 0 = the level does not "
+        "matter [U]"},
+    Option{
+        "tube_per_h", &AerosolPlantConfig::tube_per_h, "1/h", within(0, 5),
+        "share of the mist that settles in the tube, by which it grows in an hour of nominal flow; 0 = none "
+        "[U]"},
     Option{"optical_depth_mm", &AerosolPlantConfig::optical_depth_mm, "mm", above(0, 1),
            "true thickness of dry ink that lets 1/e of the camera's light through"},
     Option{"camera_dx_mm", &AerosolPlantConfig::camera_dx_mm, "mm", within(-1, 1),

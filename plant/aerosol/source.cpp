@@ -21,6 +21,7 @@ constexpr double kSecondsPerHour = 3600.0;
 
 struct SourceInput {
   double output = 1.0, tube_s = 1.0, clog_per_s = 0.0;
+  double emptied_per_s = 0.0, level_loss = 0.0, settles_per_s = 0.0;  // of slow_rates
 };
 
 int source_rates(sunrealtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
@@ -29,6 +30,19 @@ int source_rates(sunrealtype, N_Vector y_vector, N_Vector rate_vector, void* use
   sunrealtype* rate = NV_DATA_S(rate_vector);
   rate[0] = (in.output - y[0]) / in.tube_s;
   rate[1] = in.clog_per_s * y[0] * (1.0 - y[1]);
+  return 0;
+}
+
+// The same with level and tube: four states. The two above keep their bytes where these are off.
+int slow_rates(sunrealtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
+  const auto& in = *static_cast<const SourceInput*>(user);
+  const sunrealtype* y = NV_DATA_S(y_vector);
+  sunrealtype* rate = NV_DATA_S(rate_vector);
+  const double level = std::max(0.0, y[2]), passes = y[0] * (1.0 - y[3]);
+  rate[0] = (in.output * (1.0 - in.level_loss * (1.0 - level)) - y[0]) / in.tube_s;
+  rate[1] = in.clog_per_s * passes * (1.0 - y[1]);
+  rate[2] = level > 0.0 ? -in.emptied_per_s * y[0] : 0.0;
+  rate[3] = in.settles_per_s * passes;
   return 0;
 }
 
@@ -52,12 +66,12 @@ struct Source::Solver {
   void* cvode = nullptr;
   SourceInput input;
 
-  Solver() {
+  explicit Solver(bool slow) {
     succeeded(SUNContext_Create(SUN_COMM_NULL, &context), "SUNContext_Create");
-    y = N_VNew_Serial(2, context);
+    y = N_VNew_Serial(slow ? 4 : 2, context);
     N_VConst(0.0, y);
     cvode = CVodeCreate(CV_ADAMS, context);
-    succeeded(CVodeInit(cvode, source_rates, 0.0, y), "CVodeInit");
+    succeeded(CVodeInit(cvode, slow ? slow_rates : source_rates, 0.0, y), "CVodeInit");
     succeeded(CVodeSStolerances(cvode, 1e-8, 1e-10), "CVodeSStolerances");
     iteration = SUNNonlinSol_FixedPoint(y, 0, context);
     succeeded(CVodeSetNonlinearSolver(cvode, iteration), "CVodeSetNonlinearSolver");
@@ -103,17 +117,28 @@ void Source::supply(const GasSupply& gas) {
 void Source::advance(std::int64_t t_us) {
   const double span_s = double(t_us - slow_us_) * 1e-6;
   if (span_s <= 0.0) return;
-  if (!solver_) solver_ = std::make_unique<Solver>();
-  solver_->input = {atomizer((slow_us_ + t_us) / 2), params_.tube_s, params_.clog_per_h / kSecondsPerHour};
+  const bool slow = drifts_slowly();
+  if (!solver_) solver_ = std::make_unique<Solver>(slow);
+  solver_->input = {
+      atomizer((slow_us_ + t_us) / 2), params_.tube_s,     params_.clog_per_h / kSecondsPerHour,
+      params_.flow / params_.vial_s,   params_.level_loss, params_.tube_per_h / kSecondsPerHour};
   sunrealtype* y = NV_DATA_S(solver_->y);
   y[0] = mist_;
   y[1] = clog_;
+  if (slow) {
+    y[2] = level_;
+    y[3] = settles_;
+  }
   succeeded(CVodeReInit(solver_->cvode, 0.0, solver_->y), "CVodeReInit");
   succeeded(CVodeSetStopTime(solver_->cvode, span_s), "CVodeSetStopTime");
   sunrealtype reached = 0.0;
   succeeded(CVode(solver_->cvode, span_s, solver_->y, &reached, CV_NORMAL), "CVode");
   mist_ = y[0];
   clog_ = y[1];
+  if (slow) {
+    level_ = std::max(0.0, y[2]);
+    settles_ = y[3];
+  }
   slow_us_ = t_us;
 }
 
@@ -161,6 +186,7 @@ Given Source::step(std::int64_t t_us) {
 void Source::io(Archive& a) {
   a.all(mist_, clog_, slow_us_, gas_, open_share_, since_us_, commanded_, target_, opening_, gathered_mm3_,
         changes_, at_us_);
+  if (drifts_slowly()) a.all(level_, settles_);
 }
 
 }  // namespace firn::plant

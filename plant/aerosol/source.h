@@ -18,6 +18,9 @@ struct AerosolParams {
   double tube_s = 2.0;     ///< time constant of mixing between atomizer and nozzle
   double wander_s = 20.0;  ///< between two draws of the output's random part
   double clog_per_h = 0.02;
+  double vial_s = 36'000.0;  ///< in which the nominal flow empties the full vial
+  double level_loss = 0.0;   ///< of the output, from the full to the empty vial
+  double tube_per_h = 0.0;   ///< growth of the share of mist that settles in the tube
   double open_delay_s = 0.03, close_delay_s = 0.045, tail_s = 0.006;
   double blob_s = 0.02;     ///< most that gathers, in seconds of nominal flow
   double gather_s = 1.0;    ///< time constant of gathering
@@ -54,8 +57,13 @@ struct Given {
 ///   dm/dt = (q a(t) - m) / tube_s             a: the atomizer's output, 1 + drift t / drift_s + wander, t
 ///   since
 ///                                             it began; q: its gas, which carries as much mist a volume
-///   dc/dt = k_c m (1 - c)                     c: share of the nozzle's section that is closed
-/// The flow is nominal x flow x m (1 - c) x the open share of the supply. The shutter's opening f follows its
+///   dc/dt = k_c m (1 - s) (1 - c)             c: share of the nozzle's section that is closed
+///   dl/dt = -flow m / vial_s                  l: the vial's level, 1 = full; a is (1 - loss (1 - l)) times
+///   as much ds/dt = k_t m (1 - s)                     s: share of the mist that settles in the tube
+/// The flow is nominal x flow x m (1 - s) (1 - c) x the open share of the supply. Level and tube are among
+/// the hidden states of Agarwal et al. (arXiv 2511.00593, abstract read), which drift in the prints of Salary
+/// et al. (J. Micro Nano-Manuf. 2021, abstract read); the equations and the values are ours. Off, l = 1 and s
+/// = 0. The shutter's opening f follows its
 /// switch after a delay: df/dt = (target - f) / tail_s. Ink that gathers: db/dt = (b_max - b) / gather_s
 /// while closed, -b / release_s while open; both are exact over a step.
 class Source {
@@ -76,7 +84,9 @@ class Source {
   std::int64_t next_change_us() const;
   bool quiet() const { return opening_ < 1e-6 && !target_; }  ///< nothing passes until the next change
   double flow_mm3_s() const;
-  double flow_share() const { return params_.flow * mist_ * (1.0 - clog_) * open_share_; }
+  double flow_share() const { return params_.flow * mist_ * (1.0 - settles_) * (1.0 - clog_) * open_share_; }
+  double level() const { return level_; }            ///< of the vial, 1 = full
+  double settles() const { return settles_; }        ///< share of the mist, in the tube
   double open_share() const { return 1.0 - clog_; }  ///< of the nozzle's section, by its own ink
   double gathered_mm3() const { return gathered_mm3_; }
   void io(Archive& a);
@@ -92,8 +102,9 @@ class Source {
 
   AerosolParams params_;
   std::uint64_t seed_;
-  double mist_ = 1.0, clog_ = 0.0;
-  std::int64_t slow_us_ = 0;  ///< time of these two
+  bool drifts_slowly() const { return params_.level_loss > 0.0 || params_.tube_per_h > 0.0; }
+  double mist_ = 1.0, clog_ = 0.0, level_ = 1.0, settles_ = 0.0;
+  std::int64_t slow_us_ = 0;  ///< time of these
   double gas_, open_share_ = 1.0;
   std::int64_t since_us_ = 0;  ///< first gas; -1 = none yet
   bool commanded_ = false, target_ = false;

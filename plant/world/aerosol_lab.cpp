@@ -219,6 +219,9 @@ void check_aerosol(const WorldConfig& c) {
   require_within("aerosol.drift_s", p.drift_s, 1.0, 1e6);
   require_within("aerosol.wander", p.wander, 0.0, 0.2);
   require_within("aerosol.clog_per_h", p.clog_per_h, 0.0, 5.0);
+  require_within("aerosol.vial_h", p.vial_s / 3600.0, 0.1, 1000.0);
+  require_within("aerosol.level_loss", p.level_loss, 0.0, 1.0);
+  require_within("aerosol.tube_per_h", p.tube_per_h, 0.0, 5.0);
   require_within("aerosol.open_delay_s", p.open_delay_s, 0.0, 0.3);
   require_within("aerosol.close_delay_s", p.close_delay_s, 0.0, 0.3);
   require_above("aerosol.tail_s", p.tail_s, 0.0, 0.3);

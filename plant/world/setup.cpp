@@ -115,6 +115,7 @@ StrobeParams strobe_of(const Experiment& e) {
 
 void set_up_ice(const Experiment& e, WorldConfig& c) { c.ice = ice_config(e); }
 
+constexpr double kSecondsPerHour = 3600.0;
 constexpr std::int64_t kSettle_us = 20'000;  // of the aerosol lab's stage after a move
 
 // The machine's flow is what the lab believes; the nozzle's own share of it is the plant's.
@@ -129,6 +130,9 @@ void set_up_aerosol(const Experiment& e, WorldConfig& c) {
   a.drift_s = p.drift_s;
   a.wander = p.wander;
   a.clog_per_h = p.clog_per_h;
+  a.vial_s = p.vial_h * kSecondsPerHour;
+  a.level_loss = p.level_loss;
+  a.tube_per_h = p.tube_per_h;
   a.open_delay_s = p.open_delay_s;
   a.close_delay_s = p.close_delay_s;
   a.tail_s = p.tail_s;

@@ -116,6 +116,39 @@ TEST_CASE("The atomizer drifts as told, through the tube's lag, and the nozzle c
   CHECK(s.flow_share() == Approx((1.0 + ramp) * std::exp(-0.001 * mist)).epsilon(2e-3));
 }
 
+TEST_CASE("An atomizer whose output falls with the vial's level falls exponentially") {
+  AerosolParams p = steady();
+  p.tube_s = 0.1;
+  p.vial_s = 600.0;
+  p.level_loss = 0.8;
+  Source s(p, 1);
+  s.step(300'000'000);
+  // dl/dt = -(1 - loss (1 - l)) / vial: the output is exp(-loss t / vial), late by the tube's time.
+  const double output = std::exp(-0.8 * (300.0 - p.tube_s) / 600.0);
+  CHECK(s.flow_share() == Approx(output).epsilon(1e-3));
+  CHECK(s.level() == Approx(1.0 - (1.0 - std::exp(-0.8 * 300.0 / 600.0)) / 0.8).epsilon(1e-3));
+}
+
+TEST_CASE("An empty vial stays empty, and gives what its loss leaves") {
+  AerosolParams p = steady();
+  p.vial_s = 100.0;
+  p.level_loss = 0.5;
+  Source s(p, 1);
+  s.step(400'000'000);
+  CHECK(s.level() == 0.0);
+  CHECK(s.flow_share() == Approx(0.5).epsilon(1e-6));
+}
+
+TEST_CASE("Mist that settles in the tube takes from the flow as told, and closes nothing of the nozzle") {
+  AerosolParams p = steady();
+  p.tube_per_h = 3.6;
+  Source s(p, 1);
+  s.step(200'000'000);
+  CHECK(s.flow_share() == Approx(std::exp(-0.001 * 200.0)).epsilon(1e-5));
+  CHECK(s.settles() == Approx(1.0 - std::exp(-0.001 * 200.0)).epsilon(1e-5));
+  CHECK(s.open_share() == 1.0);
+}
+
 TEST_CASE("A blob gathers at the closed shutter and leaves with the first ink") {
   AerosolParams p = steady();
   p.blob_s = 0.02;
