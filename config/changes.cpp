@@ -21,6 +21,7 @@ Experiment changed(Experiment experiment, const std::string& key, const std::str
 // A scheme of droplets reads the section of its name; the schemes of the ice lab share the gains of smf.
 std::string unread_by_scheme(const Experiment& experiment, std::string_view key) {
   const std::string& scheme = experiment.control.scheme;
+  if (scheme == "auto" && key == "control.smf.ki_star") return "is 0 in scheme auto";
   for (const auto& s : control::schemes()) {
     if (!key.starts_with("control." + std::string(s.name) + ".") || s.name == scheme) continue;
     if (s.name == "smf" && scheme.starts_with("smf")) continue;

@@ -56,8 +56,8 @@ const std::vector<report::StudyMetric>& metric_table() {
     };
     for (const std::string_view name : kOutlineNames) t.push_back(outline_metric_of(outline_metric(name)));
     t.push_back({"passes", "", "passes of the stage that fired droplets", 0});
-    t.push_back(
-        {"edge_bound_pct", "%", "least overspill of any pattern at the same mean error, plant lu2015", 2});
+    t.push_back({std::string(kEdgeBound), "%",
+                 "least overspill of any pattern at the same mean error, plant lu2015", 2});
     return t;
   }();
   return table;
@@ -203,7 +203,7 @@ void add_edge_bound(const Experiment& e, const Blobs& inputs, double mean_abs_mm
                          mean_abs_mm);
 }
 
-StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
+StudyPrint print_once(const Experiment& e, const Blobs& inputs, bool edge_bound) {
   const bool paths = prints_paths(e), lines = prints_lines(e);
   StudyPrint p;
   const double began = thread_cpu_s();
@@ -216,7 +216,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
     p.outcome = r.result.outcome;
     p.reason = r.result.reason;
     p.metrics = study_metrics(e, r);
-    if (r.error.cells > 0) add_edge_bound(e, inputs, r.error.mean_abs_mm, p.metrics);
+    if (edge_bound && r.error.cells > 0) add_edge_bound(e, inputs, r.error.mean_abs_mm, p.metrics);
     const double tolerance_um = print_lab(full_product(), e).tolerance_um(e);
     if (r.result.outcome == "out of tolerance")
       p.within = false;

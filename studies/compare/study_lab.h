@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/experiment.h"
@@ -29,14 +30,18 @@ struct StudyPrint {
 
 struct MemoryPrintReport;
 
+/// The metric that takes a solver longer than the print.
+inline constexpr std::string_view kEdgeBound = "edge_bound_pct";
+
 struct StudyLab {
   std::vector<report::StudyMetric>
       metrics;  ///< smaller is better in each; the first is primary unless a study says else
   std::vector<std::string> usual;  ///< metrics of a study that names no metrics
   void (*set_seed)(Experiment&, std::uint64_t seed);
   void (*check)(const Experiment&);  ///< throws where this lab cannot print the experiment
-  StudyPrint (*print)(const Experiment&,
-                      const Blobs& inputs);  ///< thread-safe; throws only std::bad_alloc
+  /// Thread-safe; throws only std::bad_alloc. @param edge_bound computes kEdgeBound too, by a solver for
+  /// seconds; else it is NaN
+  StudyPrint (*print)(const Experiment&, const Blobs& inputs, bool edge_bound);
   report::StudyProfileNames profile = {};
 };
 

@@ -60,7 +60,7 @@ Experiment StudyPlan::experiment(const StudyCell& cell) const {
 }
 
 StudyPrint StudyPlan::make(const StudyCell& cell) const {
-  return lab->print(experiment(cell), *inputs[at(cell.arm, cell.part)]);
+  return lab->print(experiment(cell), *inputs[at(cell.arm, cell.part)], edge_bound);
 }
 
 StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
@@ -68,8 +68,10 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
   StudyPlan plan;
   plan.lab = &lab;
   plan.experiments = study_experiments(study, folder);
-  for (const std::string& name : study.metrics.empty() ? lab.usual : study.metrics)
+  for (const std::string& name : study.metrics.empty() ? lab.usual : study.metrics) {
     plan.metrics.push_back(metric_index(lab, name, file));
+    plan.edge_bound = plan.edge_bound || name == kEdgeBound;
+  }
   // An image's path is relative to the experiment file.
   const std::filesystem::path beside = study_experiment_file(study, folder).parent_path();
   const bool of_run = !study.experiment.empty() && std::filesystem::is_directory(folder / study.experiment);
@@ -102,7 +104,7 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
     check_labs(plan.study, part, e);
     lab.set_seed(e, 0);
     draw_lab(plan.study, part, 0, e);
-    of_arm.push_back(digest_of(e, *plan.inputs[n]));
+    of_arm.push_back(digest_of(e, *plan.inputs[n]) + (plan.edge_bound ? "with its bound\n" : ""));
   }
   for (std::size_t s = 0; s < plan.study.seeds.size(); ++s)
     for (std::size_t p = 0; p < plan.study.parts.size(); ++p) {

@@ -19,6 +19,7 @@ class StudyPlan : public StudyWork {
   std::vector<Experiment> experiments;               ///< [arm * parts + part], without seed and lab of a seed
   std::vector<std::shared_ptr<const Blobs>> inputs;  ///< likewise; equal ones are one object
   std::vector<std::size_t> metrics;                  ///< of the lab, the study's primary one first
+  bool edge_bound = false;                           ///< it is one of them
 
   std::size_t at(std::size_t arm, std::size_t part) const { return arm * study.parts.size() + part; }
   /// Returns the experiment of one print: its seed and the lab of the seed are set.

@@ -61,7 +61,7 @@ PromisePairs::PromisePairs(const RecordedRun& run, std::span<const TuneKey> keys
 StudyPrint PromisePairs::make(const StudyCell& cell) const {
   Experiment e = experiments_[cell.arm];
   lab_.set_seed(e, seeds[cell.seed]);
-  return lab_.print(e, inputs_[cell.arm]);
+  return lab_.print(e, inputs_[cell.arm], false);
 }
 
 Verification verification_of(const PromisePairs& work, const StudyJournal& journal, const Promise& promise,

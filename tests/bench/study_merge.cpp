@@ -17,7 +17,7 @@ namespace firn::bench::study_merge {
 
 namespace {
 
-StudyPrint imagined(const Experiment& e, const Blobs&) {
+StudyPrint imagined(const Experiment& e, const Blobs&, bool) {
   StudyPrint p{true, "finished", "imagined", {}, 0.2};
   RandomStream random(e.plant.seed, Purpose::kTest, std::uint32_t(1000.0 * e.control.smf.kp));
   for (std::size_t m = 0; m < inkjet_study_lab().metrics.size(); ++m)

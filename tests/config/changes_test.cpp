@@ -31,6 +31,14 @@ TEST_CASE("the target's offset may change where a scheme answers the measured su
   }
 }
 
+TEST_CASE("scheme auto takes changes of the schemes that it chooses among, and not of what it sets itself") {
+  Experiment e;
+  e.control.scheme = "auto";
+  for (const char* key : {"control.smf.kp", "control.mpc.max_evaluations", "control.threshold.threshold_mm"})
+    CHECK(change_problem(e, key, "1").empty());
+  CHECK_THAT(change_problem(e, "control.smf.ki_star", "0.3"), Catch::Contains("is 0 in scheme auto"));
+}
+
 TEST_CASE("a change leaves all other values as they are, and a refused one leaves all") {
   Experiment e;
   e.control.smf.kp = 0.7;

@@ -22,7 +22,7 @@ std::atomic<int> stop_after{0};
 void set_seed(Experiment& e, std::uint64_t seed) { e.plant.seed = seed; }
 
 // A lab whose prints take no time: an RMS of the seed's own plus a term of the gain kp.
-StudyPrint imagine(const Experiment& e, const Blobs&) {
+StudyPrint imagine(const Experiment& e, const Blobs&, bool) {
   if (++prints == stop_after) stop = true;
   const double day = random_uniform({e.plant.seed, Purpose::kTest, 0, 0, 0}),
                own = random_uniform(

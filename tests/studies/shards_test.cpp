@@ -28,7 +28,7 @@ namespace {
 
 std::atomic<int> shard_prints{0};
 
-StudyPrint imagined(const Experiment& e, const Blobs&) {
+StudyPrint imagined(const Experiment& e, const Blobs&, bool) {
   ++shard_prints;
   const double day = random_uniform({e.plant.seed, Purpose::kTest, 0, 0, 0});
   StudyPrint p{true, "finished", "imagined", {1.0 + day + e.control.smf.kp}, 0.5 * e.control.smf.kp};

@@ -13,7 +13,7 @@ TEST_CASE("Every scheme of the README's cylinder prints it to its end") {
   for (std::size_t n = 0; n < plan.experiments.size(); ++n) {
     Experiment e = plan.experiments[n];
     plan.lab->set_seed(e, 1);
-    const StudyPrint print = plan.lab->print(e, *plan.inputs[n]);
+    const StudyPrint print = plan.lab->print(e, *plan.inputs[n], plan.edge_bound);
     CAPTURE(plan.study.arms[n / plan.study.parts.size()].name, print.reason);
     CHECK(print.outcome == "finished");
   }
