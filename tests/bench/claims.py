@@ -102,6 +102,7 @@ NOT_RUN = {
     "the same, 20 +- 5 ms one way": "needs network namespaces: ./firn bench host_line",
     "the same, and 5 % of the packets": "needs network namespaces: ./firn bench host_line",
     "all processes of a live": "live: ./firn bench waiting",
+    "ten live prints beside": "ten minutes, and stress-ng: ./firn bench busy",
     "the page: maps": "needs root's priorities: page_load",
     "page under attack": "4 min: ./firn bench page_attack 4",
     "hold of the stop key": "needs chromium: tests/bench/hold_latency.sh",
