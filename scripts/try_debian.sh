@@ -34,9 +34,9 @@ codename=$(sed -n 's/^VERSION_CODENAME=//p' "$machine/etc/os-release")
 # The files of the tree as they are, also those that are not committed yet, with the repository that names the commit.
 say "copying the sources"
 mkdir -p "$machine/firn"
+find "$machine/firn" -mindepth 1 -maxdepth 1 ! -name build -exec rm -rf {} +
 (cd "$root" && git ls-files -z --cached --others --exclude-standard | xargs -0 sh -c 'for f; do [ ! -e "$f" ] || printf "%s\0" "$f"; done' sh |
   tar --null -T - -cf -) | tar -C "$machine/firn" -xf -
-rm -rf "$machine/firn/.git"
 git clone -q --bare "$root" "$machine/firn/.git"
 git -C "$machine/firn" config core.bare false
 git -C "$machine/firn" reset -q
