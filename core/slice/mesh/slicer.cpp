@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include "core/geometry/rings.h"
 #include "core/geometry/turning.h"
 #include "core/slice/mesh/path_filter.h"
+#include "core/slice/mesh/same_section.h"
 
 namespace firn::slice {
 namespace {
@@ -53,6 +55,20 @@ Layer finish_layer(Contours&& contours, std::int32_t number, PathFilter& filter,
   return layer;
 }
 
+// Returns for each layer the first one of those up to it, one on the other, that have the same section. What
+// becomes of a layer does not depend on the threads.
+std::vector<std::size_t> first_alike(const std::vector<Contours>& contours, const ParallelFor& parallel) {
+  std::vector<std::size_t> first(contours.size());
+  parallel(int(contours.size()), [&](int n) {
+    const auto layer = std::size_t(n);
+    const bool alike = layer > 0 && contours[layer].defects.empty() && contours[layer - 1].defects.empty() &&
+                       same_section(contours[layer - 1].rings, contours[layer].rings);
+    first[layer] = alike ? layer - 1 : layer;
+  });
+  for (std::size_t n = 1; n < first.size(); ++n) first[n] = first[first[n]];
+  return first;
+}
+
 void mesh_defects(const MeshFacts& facts, std::vector<Defect>& defects) {
   const auto add = [&](DefectKind kind, std::size_t count) {
     if (count) defects.push_back({kind, 0, {}, 0.0, count});
@@ -77,14 +93,33 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
   check(options);
   std::vector<Layer> layers(contours.size());
   const bool all_points = options.chord_tolerance_mm == 0.0 && options.min_spacing_mm == 0.0;
+  std::vector<std::size_t> first_layer(contours.size());
+  if (all_points)
+    std::iota(first_layer.begin(), first_layer.end(), std::size_t{0});
+  else
+    first_layer = first_alike(contours, parallel);
+  const auto finish = [&](std::size_t n, PathFilter& filter) {
+    layers[n] = finish_layer(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points,
+                             options.min_spacing_mm > 0.0);
+  };
   const int groups = int((contours.size() + kLayersAtOnce - 1) / kLayersAtOnce);
-  parallel(groups, [&](int group) {
-    PathFilter filter(options.min_spacing_mm * geometry::kUnitsPerMm,
-                      options.chord_tolerance_mm * geometry::kUnitsPerMm);
-    const std::size_t first = std::size_t(group) * kLayersAtOnce;
-    for (std::size_t n = first; n < std::min(first + kLayersAtOnce, contours.size()); ++n)
-      layers[n] = finish_layer(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points,
-                               options.min_spacing_mm > 0.0);
+  const auto each_layer = [&](const auto& use) {
+    parallel(groups, [&](int group) {
+      PathFilter filter(options.min_spacing_mm * geometry::kUnitsPerMm,
+                        options.chord_tolerance_mm * geometry::kUnitsPerMm);
+      const std::size_t first = std::size_t(group) * kLayersAtOnce;
+      for (std::size_t n = first; n < std::min(first + kLayersAtOnce, contours.size()); ++n) use(n, filter);
+    });
+  };
+  each_layer([&](std::size_t n, PathFilter& filter) {
+    if (first_layer[n] == n) finish(n, filter);
+  });
+  each_layer([&](std::size_t n, PathFilter& filter) {
+    const Layer& first = layers[first_layer[n]];
+    if (first_layer[n] == n) return;
+    if (!first.defects.empty()) return finish(n, filter);  // they name their layer
+    layers[n] = first;
+    layers[n].linked = contours[n].rings.points.size();
   });
   Sliced out;
   out.facts = facts;

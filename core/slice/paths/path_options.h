@@ -33,6 +33,7 @@ struct ExtrusionOptions {
   FillPattern pattern = FillPattern::kConcentric;
   double fill_angle_rad = 0.0;                ///< direction of lines and zigzags in odd layers
   double fill_turn_rad = 1.5707963267948966;  ///< added in even layers
+  bool operator==(const ExtrusionOptions&) const = default;
 };
 inline constexpr OptionTable kExtrusionRings{
     Option{"first_offset_mm", &ExtrusionOptions::first_offset_mm, "mm", within(0, 100),
@@ -59,6 +60,7 @@ struct SupportOptions {
   Support kind = Support::kFull;
   double buffer_mm = 3.3;                    ///< outward growth of the area above [Table 3-1]
   double overhang_rad = 0.7853981633974483;  ///< kOverhang: from the vertical; steeper walls need no support
+  bool operator==(const SupportOptions&) const = default;
 };
 inline constexpr Option kSupportBuffer{"buffer_mm", &SupportOptions::buffer_mm, "mm", within(0, 1000),
                                        "outward growth of what lies above [Table 3-1]"};
@@ -69,6 +71,7 @@ struct HookOptions {
   int two_from_layer = 10;  ///< layers 1..10: the outermost scaffold path is ice; 11..20: the two outermost
   int last_layer = 20;
   double clearance_mm = 1.5;  ///< scaffold is extended until hook and part are this far apart, line to line
+  bool operator==(const HookOptions&) const = default;
 };
 inline constexpr OptionTable kHookOptions{
     Option{"two_from_layer", &HookOptions::two_from_layer, "", within(0, 1e6),
@@ -87,6 +90,7 @@ struct MeasureOptions {
   double inset_mm = 0.6;    ///< distance from the outline
   double laser_x_mm = 0.0;  ///< laser spot seen from the nozzle; paths are moved by its opposite
   double laser_y_mm = 0.0;
+  bool operator==(const MeasureOptions&) const = default;
 };
 inline constexpr double kPathRange_mm = 1e5;
 inline constexpr Option kMeasureSpacing{"spacing_mm", &MeasureOptions::spacing_mm, "mm", above(0, 1000),
@@ -113,6 +117,7 @@ struct PathOptions {
   int two_opt_passes = 2;   ///< over a layer's order; 0 = nearest neighbour only
   double start_x_mm = 0.0;  ///< position of the nozzle before each layer
   double start_y_mm = 0.0;
+  bool operator==(const PathOptions&) const = default;
 };
 inline constexpr OptionTable kPathOrder{
     Option{"seed", &PathOptions::seed, "", within(0, 9e18), "of random seams"},

@@ -118,6 +118,21 @@ void plan_measurement(const geometry::Region& region, const PathOptions& options
   append_in_order(lines, {PathKind::kMeasurement, measure.material, false, 0}, options, at, paths);
 }
 
+// Whether a layer has the paths of the one that was planned last, but for its number and height.
+bool as_before(const LayerRegions& regions, const PathOptions& options, const PathWork& work) {
+  const LayerRegions& last = work.last_regions;
+  const auto turns = [](const ExtrusionOptions& o) {
+    return o.pattern == FillPattern::kLines || o.pattern == FillPattern::kZigzag;
+  };
+  const bool turned =
+      (turns(options.part) || turns(options.scaffold)) && (regions.layer - last.layer) % 2 != 0;
+  return work.last_paths.layer != 0 && options == work.last_options && !turned &&
+         options.seam != SeamPlacement::kRandom && regions.height == last.height &&
+         hooks_in(regions.layer, options.hook) == hooks_in(last.layer, options.hook) &&
+         regions.by_material == last.by_material && regions.contours == last.contours &&
+         regions.simplified_mm == last.simplified_mm && regions.contours_alone == last.contours_alone;
+}
+
 }  // namespace
 
 void check(const PathOptions& o) {
@@ -134,6 +149,13 @@ void check(const PathOptions& o) {
 
 LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, PathWork& work) {
   check(options);
+  if (as_before(regions, options, work)) {
+    LayerPaths paths = work.last_paths;
+    paths.layer = regions.layer;
+    paths.z = regions.z;
+    return paths;
+  }
+  ++work.planned;
   LayerPaths paths;
   paths.layer = regions.layer;
   paths.z = regions.z;
@@ -156,6 +178,9 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, P
   }
   if (options.measure.on && options.measure.material < regions.by_material.size())
     plan_measurement(regions.by_material[options.measure.material], options, paths);
+  work.last_regions = regions;
+  work.last_options = options;
+  work.last_paths = paths;
   return paths;
 }
 

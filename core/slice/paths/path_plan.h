@@ -28,6 +28,11 @@ struct LayerRegions {
 struct PathWork {
   OffsetWork offsets;
   GapFiller fill_gaps;
+  /// The last layer. One on it of the same regions, as upright walls have, has its paths.
+  LayerRegions last_regions;
+  PathOptions last_options;
+  LayerPaths last_paths;      ///< layer 0: there is none
+  std::uint64_t planned = 0;  ///< layers whose paths were computed
 };
 
 /// Returns all paths of a layer. Layers are independent: any order and any thread will do.

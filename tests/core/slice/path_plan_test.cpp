@@ -165,6 +165,30 @@ TEST_CASE("A zigzag runs along the same lines and links them along the outline o
   CHECK(fill_zigzag(box, 3.0, 0.0).size() == 1);
 }
 
+TEST_CASE(
+    "Layers of the same regions are planned once, as often as their lines turn or their hooks change, and as "
+    "if alone") {
+  const geometry::Region part = outlines::gear(), other = outlines::comb();
+  geometry::Region around;
+  outlines::add_box(around, -60, -60, 60, 60);
+  PathOptions zigzag, hooks, random;
+  zigzag.part.pattern = FillPattern::kZigzag;
+  hooks.hook.on = true;
+  hooks.hook.two_from_layer = 3;
+  hooks.hook.last_layer = 6;
+  random.seam = SeamPlacement::kRandom;
+  const std::pair<PathOptions, std::uint64_t> cases[] = {{PathOptions{}, 3}, {zigzag, 10}, {hooks, 5}, {random, 10}};
+  for (const auto& [options, planned] : cases) {
+    PathWork work;
+    for (std::int32_t n = 1; n <= 10; ++n) {
+      LayerRegions regions = layer_of(n == 8 ? other : part, n);  // before and behind it all are alike
+      regions.by_material.push_back(subtract(around, regions.by_material[0]));
+      CHECK(plan_layer(regions, options, work) == plan_layer(regions, options));
+    }
+    CHECK(work.planned == planned);
+  }
+}
+
 TEST_CASE("Lines turn from layer to layer") {
   geometry::Region box;
   outlines::add_box(box, 0, 0, 40, 20);

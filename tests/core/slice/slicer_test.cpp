@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/slicer.h"
@@ -160,6 +161,38 @@ TEST_CASE("A mesh that is inside out is turned, and so is a body inside out besi
                right = sliced(both(nested_shells(), hollow));
   CHECK(mixed.layers == right.layers);
   CHECK(total(mixed, DefectKind::kTurned) > 0);
+}
+
+TEST_CASE(
+    "Layers of upright walls have the region of the lowest of them, wherever the walls' facets border each "
+    "other") {
+  const SampleMesh gears = both(
+      gear(40, 5.0f), prism(90, 5.0f, 60.0f, 20.0f, [](std::uint32_t n) { return n % 3 ? 14.0 : 15.0; }));
+  const Sliced exact = sliced(gears, options(0.0)), s = sliced(gears, options(0.05));
+  REQUIRE(s.layers.size() == 20);
+  std::size_t others = 0;  // whose borders lie elsewhere
+  for (std::size_t n = 1; n < s.layers.size(); ++n) {
+    CHECK(s.layers[n] == s.layers[0]);
+    CHECK(s.contours[n] == s.contours[0]);
+    others += exact.layers[n] != exact.layers[0];
+  }
+  CHECK(others > 10);
+}
+
+TEST_CASE("A long upright wall of many facets has one region in all its layers") {
+  const SampleMesh block = prism(400, 5.0f, 20.0f, 20.0f, [](std::uint32_t n) {
+    const double a = 2 * std::numbers::pi * n / 400;
+    return 12.0 / std::max(std::abs(std::cos(a)), std::abs(std::sin(a)));
+  });
+  const Sliced s = sliced(block, options(0.05));
+  for (std::size_t n = 1; n < s.layers.size(); ++n) CHECK(s.layers[n] == s.layers[0]);
+}
+
+TEST_CASE("Layers whose walls lean by two units a layer have each its own region") {
+  SampleMesh leaning = gear(40, 5.0f);
+  for (auto& v : leaning.vertices) v[0] += v[2] * 0.0008f;
+  const Sliced s = sliced(leaning, options(0.05));
+  for (std::size_t n = 1; n < s.layers.size(); ++n) CHECK(s.layers[n] != s.layers[n - 1]);
 }
 
 TEST_CASE("A mirrored part keeps its inside") {
