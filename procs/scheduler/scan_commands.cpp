@@ -12,7 +12,7 @@ stage_command_t scan_command(const Experiment& e, const Swath& swath, double spe
   c.scan_id = swath.scan_id;
   c.rows = g.ny;
   c.x_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1)) + swath.shift_mm;  // the line's middle
-  c.y_mm = g.y_mm(0);
+  c.y_mm = g.y_mm(0) - e.laser_profiler.offset_y_mm;               // the line over the first row
   c.z_mm = e.process.nozzle_gap_mm;
   c.speed_mm_s = speed_mm_s;
   c.grid = to_message(g);
