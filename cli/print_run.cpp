@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "cli/user_config.h"
+#include "config/device_kinds.h"
 #include "config/labs.h"
 #include "files/exit_codes.h"
 #include "files/text_file.h"
@@ -135,7 +136,7 @@ runs::RunFolder make_run_folder(const Experiment& e, const Blobs& inputs, const 
 }
 
 void slow_to_rows(Experiment& e, const PrintOptions& options) {
-  const bool keeps_rows = e.laser_profiler.read == drivers::ProfileRead::kMemory;
+  const bool keeps_rows = e.laser_profiler.read == drivers::ProfileRead::kMemory || has_point_scan(e);
   if (options.bus == "in-process" || prints_paths(e) || keeps_rows) return;
   const double period_s = row_period_s(e, e.process.scan_speed_mm_s);
   if (const std::string slower = fit_scan_speed(e, slowest_row_s(period_s)); !slower.empty())

@@ -17,7 +17,7 @@ firn_instrument(stage DRIVER controller_parameters.cpp ensemble.cpp grbl.cpp grb
                 TWIN grbl.cpp path_follower.cpp servo.cpp stage.cpp stage_dialect.cpp stage_path.cpp track.cpp TEST stage_test.cpp stage_setup_test.cpp stage_trace_test.cpp stage_followed_test.cpp grbl_test.cpp)
 firn_instrument(jet DRIVER jetdrive.cpp jet.cpp jet_driver.cpp jet_kinds.cpp jet_service.cpp microdrop.cpp script_jet.cpp TWIN jet.cpp microdrop.cpp
                 TEST jet_test.cpp microdrop_test.cpp)
-firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_service.cpp script_profiler.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
+firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_service.cpp point_scan.cpp script_profiler.cpp TWIN laser_profiler.cpp point_scan.cpp profile_sensor.cpp TEST laser_profiler_test.cpp point_scan_test.cpp)
 firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp script_lamp.cpp
                 TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp script_lamp_test.cpp script_kinds_test.cpp)
 firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_paths.cpp

@@ -413,6 +413,7 @@ void check_scan_speed(const Rules& r) {
             "needs " + mm(run_up_mm) +
                 " of run-up at stage.acceleration_mm_s2 = " + r.value("stage.acceleration_mm_s2") +
                 ", and has one row: grid.pitch_y_mm = " + r.value("grid.pitch_y_mm"));
+  if (has_point_scan(e)) check_point_scan(r);
 }
 
 void check_inkjet_lab(Rules& rules) {

@@ -16,6 +16,8 @@ bool is_python_driver(const Experiment& e, std::string_view node) {
 
 bool has_grbl_stage(const Experiment& e) { return device_kind(e, "stage") == "grbl"; }
 
+bool has_point_scan(const Experiment& e) { return device_kind(e, "laser_profiler") == "lkg"; }
+
 bool has_own_port(const Experiment& e, std::string_view node) {
   for (const DevicePort& port : kDevicePorts)
     if (port.node == node) return is_python_driver(e, node) && e.devices.*port.member == "python:";

@@ -21,7 +21,7 @@ inline constexpr DeviceKinds kDeviceKinds[] = {
     {"stage", {"ensemble", "grbl"}, true},
     {"jet", drivers::kJetKindWords, true},
     {"jet_b", drivers::kJetKindWords, true},
-    {"laser_profiler", {"ljv"}, true},
+    {"laser_profiler", {"ljv", "lkg"}, true},
     {"lamp", {"omnicure"}, true},
     {"robot", {"fvp"}, false},
     {"valve_a", {"fvb"}, false},
@@ -37,6 +37,9 @@ const std::string& device_kind(const Experiment& experiment, std::string_view no
 
 /// Returns whether the stage is a GRBL board.
 bool has_grbl_stage(const Experiment& experiment);
+
+/// Returns whether a point laser that the stage moves takes the profiler's place.
+bool has_point_scan(const Experiment& experiment);
 
 /// Returns whether the instrument is driven by a class in Python.
 bool is_python_driver(const Experiment& experiment, std::string_view node);

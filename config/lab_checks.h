@@ -52,8 +52,12 @@ class Rules {
 
 /// Checks that the soft limits of the stage leave it a travel, and the height of the nozzle in it.
 void check_stage_travel(const Rules& rules);
-/// Checks the speed of the profiler's scan: the stage reaches it within one row.
+/// Checks the speed of the profiler's scan: the stage reaches it within one row; and that of a point what
+/// such an instrument can do.
 void check_scan_speed(const Rules& rules);
+
+/// Checks what a point laser that the stage moves cannot do. @pre has_point_scan
+void check_point_scan(const Rules& rules);
 
 void check_inkjet_lab(Rules& rules);
 void check_ice_lab(Rules& rules);

@@ -4,11 +4,19 @@
 #include <stdexcept>
 #include <string>
 
+#include "config/device_kinds.h"
 #include "core/options/for_people.h"
 
 namespace firn {
 
 std::vector<double> swath_shifts_mm(const Experiment& e) {
+  const double middle_mm = 0.5 * (e.grid.x_mm(0) + e.grid.x_mm(e.grid.nx - 1));
+  if (has_point_scan(e)) {  // the spot over the middle of each column
+    std::vector<double> columns;
+    for (int i = 0; i < e.grid.nx; ++i)
+      columns.push_back(e.grid.x_mm(i) - middle_mm - e.laser_profiler.offset_x_mm);
+    return columns;
+  }
   const double width_mm = (e.grid.nx - 1) * e.grid.pitch_x_mm;
   const double line_mm = e.laser_profiler.dx_mm * (e.laser_profiler.points - 1);
   if (e.laser_profiler.dx_mm == 0.0 || line_mm >= width_mm * (1.0 - 1e-9)) return {0.0};

@@ -18,6 +18,7 @@ struct ProfileRow {
   std::uint32_t trigger_count = 0;
   std::int32_t encoder_count = 0;
   std::vector<float> z_mm;  ///< NaN = no valid sample
+  bool by_encoder = true;   ///< encoder_count is the stage's Y; false: only the order tells the place
 };
 
 /// The end of a scan: all rows are there, or the scan was ended early.

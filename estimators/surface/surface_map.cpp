@@ -153,12 +153,24 @@ const std::vector<int>& SurfaceMap::columns(double x0_mm, double dx_mm, std::siz
 void SurfaceMap::add_row(double y_mm, double x0_mm, double dx_mm, std::span<const float> z_mm) {
   const int j = cell_along(y_mm, grid_.origin_y_mm, grid_.pitch_y_mm, grid_.ny);
   if (j < 0) return;
+  if (z_mm.size() == 1) pair_with_point_before(x0_mm, z_mm[0]);
   const std::vector<int>& column = columns(x0_mm, dx_mm, z_mm.size());
   for (std::size_t n = 0; n < z_mm.size(); ++n) {
     if (!std::isfinite(z_mm[n])) continue;
     if (n % 4 == 1 && std::isfinite(z_mm[n - 1])) differences_.push_back(std::abs(z_mm[n] - z_mm[n - 1]));
     if (column[n] >= 0) samples_[grid_.index(column[n], j)].push_back(z_mm[n]);
   }
+}
+
+// A row of one point has no neighbour in it: the next row of its column is one.
+void SurfaceMap::pair_with_point_before(double x_mm, float z_mm) {
+  if (x_mm == point_x_mm_ && std::isfinite(point_z_mm_) && std::isfinite(z_mm)) {
+    differences_.push_back(std::abs(z_mm - point_z_mm_));
+    point_z_mm_ = kNoPoint;  // no sample is in two pairs
+    return;
+  }
+  point_x_mm_ = x_mm;
+  point_z_mm_ = z_mm;
 }
 
 double SurfaceMap::noise_of_one_sample() const {
@@ -187,6 +199,7 @@ SurfaceEstimate SurfaceMap::estimate(const MapOptions& options) const {
 void SurfaceMap::clear() {
   for (auto& s : samples_) s.clear();
   differences_.clear();
+  point_z_mm_ = kNoPoint;
 }
 
 }  // namespace firn::surface

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -52,7 +53,9 @@ class SurfaceMap {
   void clear();
 
  private:
+  static constexpr float kNoPoint = std::numeric_limits<float>::quiet_NaN();
   double noise_of_one_sample() const;
+  void pair_with_point_before(double x_mm, float z_mm);
   const std::vector<int>& columns(double x0_mm, double dx_mm, std::size_t count);
 
   GridSpec grid_;
@@ -60,6 +63,8 @@ class SurfaceMap {
   std::vector<int> columns_;          // of each sample of a row, -1 off the grid; one scan's rows are alike
   std::vector<std::vector<float>> samples_;  // per cell
   std::vector<float> differences_;           // |z[n + 1] - z[n]| of every fourth pair of valid samples
+  double point_x_mm_ = 0.0;                  // of the last row of one point
+  float point_z_mm_ = kNoPoint;
 };
 
 }  // namespace firn::surface

@@ -52,7 +52,7 @@ void check_inkjet(const WorldConfig& c) {
   require_within("ratio_b", c.ratio_b, 0.01, 100.0);
   require_within("sensor.noise_mm", c.sensor.noise_mm, 0.0, 1.0);
   require_within("sensor.dropout_floor", c.sensor.dropout_floor, 0.0, 1.0);
-  require_within("profiler.points", c.profiler.points, 2, 800);
+  require_within("profiler.points", c.profiler.points, c.profiler.point ? 1 : 2, 800);
   require_within("profiler.dx_mm", c.profiler.dx_mm, 0.0, 10.0);
   require_within("stage.counts_per_mm", c.stage.counts_per_mm, 1.0, 1e7);
   require_within("stage.scurve_percent", c.stage.scurve_percent, 0.0, 100.0);

@@ -126,9 +126,10 @@ struct JetParams {
   double max_v = 0.0;                   ///< a level beyond this abuses the head; 0: none does
 };
 struct ProfilerParams {
+  bool point = false;  ///< a point laser that the stage moves: points 1, dx_mm the width of a column
   int points = 800;
   double dx_mm = 0.0;  ///< 0: 1.15 x grid width / points, rounded up to 5 um
-  double laser_offset_y_mm = 0.0;
+  double laser_offset_y_mm = 0.0, laser_offset_x_mm = 0.0;      ///< from the nozzle; in x of a point alone
   double error_x_mm = 0.0, error_y_mm = 0.0, error_z_mm = 0.0;  ///< truth beyond what it reports
   double head_x_mm = 0.0;  ///< part x of the head's centre, from which it counts x
   bool mirrored = false;   ///< its x grows towards smaller part x

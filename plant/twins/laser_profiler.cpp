@@ -39,7 +39,7 @@ double profile_x0_mm(const GridSpec& grid, const ProfilerParams& params) {
 }
 
 ProfilerTwin::ProfilerTwin(const ProfilerParams& params, double x0_mm, double dx_mm)
-    : Twin(Port::kProfiler, TwinLink(0.0, params.latency_us)),
+    : ProfileSensor(Port::kProfiler, TwinLink(0.0, params.latency_us)),
       params_(params),
       x0_mm_(x0_mm),
       dx_mm_(dx_mm) {}

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "plant/config/world_config.h"
-#include "plant/twins/twin.h"
+#include "plant/twins/profile_sensor.h"
 
 namespace firn::plant {
 
@@ -18,7 +18,7 @@ namespace firn::plant {
 /// follow, 0x00F00001, u32 header code, u32 body bytes, u8 command, u8 code, 6 zeros, u32 program, and for
 /// 0x42 u32 numbers newest, oldest, first of this reply, u8 profiles, the form of the points, and the
 /// profiles: 24 bytes, 20-bit signed points, filled up to whole words, one word.
-class ProfilerTwin : public Twin {
+class ProfilerTwin : public ProfileSensor {
  public:
   /// @param x0_mm part position of the first point
   ProfilerTwin(const ProfilerParams& params, double x0_mm, double dx_mm);
@@ -31,9 +31,8 @@ class ProfilerTwin : public Twin {
   void reboot(std::int64_t now_us) override;
   void io(Archive& a) override;
 
-  /// Takes the sensor's readings at a trigger pulse [mm], NaN = no reading.
-  void trigger(std::int64_t t_us, std::int32_t encoder_counts, std::span<const double> z_mm);
-  std::uint32_t triggers() const { return triggers_; }
+  void trigger(std::int64_t t_us, std::int32_t encoder_counts, std::span<const double> z_mm) override;
+  std::uint32_t triggers() const override { return triggers_; }
 
  private:
   struct Shot {

@@ -76,16 +76,17 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
       : WorldLab(c, r),
         deposit_(c.grid, params_of(c), c.seed),
         stage_(c.stage, *this),
-        profiler_(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
+        profiler_(make_profile_sensor(c.grid, c.profiler, [this](std::int64_t t_us) { return look(t_us); })),
         gas_(Port::kGas, own_of(c).gas, *this),
         heat_(platen()),
         heater_(*this, kHottest_degC),
         camera_({}, [this](const Exposure& e) { return picture(e); }),
         line_(std::size_t(c.profiler.points)) {
-    twins = {&stage_, &profiler_, &gas_, &heater_, &camera_};
+    twins = {&stage_, profiler_.get(), &gas_, &heater_, &camera_};
   }
 
   std::uint32_t milestones() const override { return layers_; }
+  bool pulses_speak() const override { return profiler_->speaks_at_pulses(); }
   std::int64_t begun_with() const override { return switches_; }
   Truth truth() const override {
     const AerosolLedger& l = deposit_.ledger();
@@ -145,14 +146,30 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
     catch_up(t_us);
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
     const auto encoder = std::int32_t(stage_.device().encoder_counts(1, stage_y_mm));
+    measure(stage_x_mm, stage_y_mm, scans_++);
+    profiler_->trigger(t_us, encoder, line_);
+    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_->triggers(), encoder});
+  }
+
+  /// What the head sees with the stage there, into line_. @param number of the measurement of this layer
+  void measure(double stage_x_mm, double stage_y_mm, std::uint32_t number) {
     const ProfilerParams& p = config.profiler;
     const GridSpec& g = config.grid;
     const double shift_mm = stage_x_mm - 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));
-    measure_profile(deposit_.surface(), config.sensor, {config.seed, layers_, scans_++}, y_mm + p.error_y_mm,
-                    profile_x0_mm(g, p) + p.error_x_mm + (std::abs(shift_mm) < 1e-3 ? 0.0 : shift_mm),
+    measure_profile(deposit_.surface(), config.sensor, {config.seed, layers_, number},
+                    stage_y_mm + p.laser_offset_y_mm + p.error_y_mm,
+                    profile_x0_mm(g, p) + p.laser_offset_x_mm + p.error_x_mm +
+                        (std::abs(shift_mm) < 1e-3 ? 0.0 : shift_mm),
                     profile_dx_mm(g, p), line_);
-    profiler_.trigger(t_us, encoder, line_);
-    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_.triggers(), encoder});
+  }
+
+  /// Of a person's question between the pulses: its noise is that of the time.
+  double look(std::int64_t t_us) {
+    constexpr std::uint32_t kBesidePulses = 0x8000'0000u;
+    catch_up(t_us);
+    const Vec3 at = stage_.device().position_mm(t_us);
+    measure(at[0], at[1], kBesidePulses | std::uint32_t(t_us));
+    return line_[0];
   }
 
   TakenPicture picture(const Exposure& e) {
@@ -198,7 +215,7 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
 
   Deposit deposit_;
   StageTwin stage_;
-  ProfilerTwin profiler_;
+  std::unique_ptr<ProfileSensor> profiler_;
   GasTwin gas_;
   Heat heat_;
   HeaterTwin heater_;
@@ -237,7 +254,7 @@ void check_aerosol(const WorldConfig& c) {
   require_within("stage.servo_feed_forward", c.stage.servo_feed_forward, 0.0, 1.2);
   require_within("gas.atomizer_sccm", own_of(c).atomizer_sccm, 1e-3, 1e6);
   require_within("gas.sheath_sccm", own_of(c).sheath_sccm, 1e-3, 1e6);
-  require_within("profiler.points", c.profiler.points, 2, 800);
+  require_within("profiler.points", c.profiler.points, c.profiler.point ? 1 : 2, 800);
   require_within("stage.counts_per_mm", c.stage.counts_per_mm, 1.0, 1e7);
 }
 

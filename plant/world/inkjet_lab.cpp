@@ -45,16 +45,17 @@ class InkjetLab final : public WorldLab, private Wires {
         model_(make_model(c)),
         stage_(make_stage(c.stage, *this)),
         jet_(make_jet(Port::kJet, c.jet, *this)),
-        profiler_(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
+        profiler_(make_profile_sensor(c.grid, c.profiler, [this](std::int64_t t_us) { return look(t_us); })),
         lamp_twin_(c.lamp, *this),
         jet_b_(make_jet(Port::kJetB, c.jet_b, *this)),
         camera_({}, [this](const Exposure& e) { return picture(e); }),
         nozzles_{NozzleFault(c.nozzle_faults), NozzleFault(c.nozzle_faults)},
         line_(std::size_t(c.profiler.points)) {
-    twins = {stage_.twin.get(), jet_.get(), &profiler_, &lamp_twin_, jet_b_.get(), &camera_};
+    twins = {stage_.twin.get(), jet_.get(), profiler_.get(), &lamp_twin_, jet_b_.get(), &camera_};
   }
 
   std::uint32_t milestones() const override { return model_->layers().exposures(); }
+  bool pulses_speak() const override { return profiler_->speaks_at_pulses(); }
   std::int64_t begun_with() const override { return fired_; }
   Truth truth() const override {
     return {model_->layers().exposures(),
@@ -170,21 +171,35 @@ class InkjetLab final : public WorldLab, private Wires {
     return std::abs(shift_mm) < kPlace_mm ? 0.0 : shift_mm;
   }
 
+  /// What the head sees with the stage there, into line_. @param number of the measurement of this layer
+  void measure(double stage_x_mm, double stage_y_mm, std::uint32_t number) {
+    const ProfilerParams& p = config.profiler;
+    measure_profile(
+        model_->surface(), config.sensor, {config.seed, model_->layers().layer(), number},
+        stage_y_mm + p.laser_offset_y_mm + p.error_y_mm,
+        profile_x0_mm(config.grid, p) + p.laser_offset_x_mm + p.error_x_mm + head_shift_mm(stage_x_mm),
+        profile_dx_mm(config.grid, p), line_);
+    if (p.error_z_mm != 0.0)
+      for (double& z : line_) z += p.error_z_mm;
+  }
+
+  /// Of a person's question between the pulses: its noise is that of the time.
+  double look(std::int64_t t_us) {
+    constexpr std::uint32_t kBesidePulses = 0x8000'0000u;
+    const Vec3 at = stage_.place->position_mm(t_us);
+    measure(at[0], at[1], kBesidePulses | std::uint32_t(t_us));
+    return line_[0];
+  }
+
   /// @param said_y_mm by the stage's encoder
   void scan(std::int64_t t_us, double stage_x_mm, double stage_y_mm, double said_y_mm) {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
     const bool crossed = stage_.place->encoder_crossed();
     const auto encoder = std::int32_t(stage_.place->encoder_counts(1, crossed ? stage_x_mm : said_y_mm));
     model_->measured();
-    const ProfilerParams& p = config.profiler;
-    measure_profile(model_->surface(), config.sensor,
-                    {config.seed, model_->layers().layer(), scans_of_layer_++}, y_mm + p.error_y_mm,
-                    profile_x0_mm(config.grid, p) + p.error_x_mm + head_shift_mm(stage_x_mm),
-                    profile_dx_mm(config.grid, p), line_);
-    if (p.error_z_mm != 0.0)
-      for (double& z : line_) z += p.error_z_mm;
-    profiler_.trigger(t_us, encoder, line_);
-    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_.triggers(), encoder});
+    measure(stage_x_mm, stage_y_mm, scans_of_layer_++);
+    profiler_->trigger(t_us, encoder, line_);
+    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_->triggers(), encoder});
   }
 
   TakenPicture picture(const Exposure& e) const {
@@ -213,7 +228,7 @@ class InkjetLab final : public WorldLab, private Wires {
   std::unique_ptr<Model> model_;
   StageParts stage_;
   std::unique_ptr<JetTwin> jet_;
-  ProfilerTwin profiler_;
+  std::unique_ptr<ProfileSensor> profiler_;
   LampTwin lamp_twin_;
   std::unique_ptr<JetTwin> jet_b_;
   CameraTwin camera_;

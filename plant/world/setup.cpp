@@ -225,6 +225,12 @@ WorldConfig world_config(const Experiment& e) {
   c.profiler.mirrored = on(e.laser_profiler.mirror_x);
   c.profiler.upside_down = e.laser_profiler.z_sign == drivers::ZSign::kDown;
   c.profiler.zero_mm = e.laser_profiler.z_zero_mm;
+  if (has_point_scan(e)) {
+    c.profiler.point = true;
+    c.profiler.points = 1;
+    c.profiler.dx_mm = e.grid.pitch_x_mm;
+    c.profiler.laser_offset_x_mm = e.laser_profiler.offset_x_mm;
+  }
   c.profiler.error_x_mm = e.plant.profiler_dx_mm;
   c.profiler.error_y_mm = e.plant.profiler_dy_mm;
   c.profiler.error_z_mm = e.plant.profiler_dz_mm;

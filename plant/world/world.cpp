@@ -94,7 +94,10 @@ void World::lose_power() {
 
 std::int64_t World::next_event_us() const {
   std::int64_t next = kNever;
-  for (const Twin* twin : impl_->twins) next = std::min(next, twin->next_visible_us());
+  const bool all = impl_->pulses_speak();
+  for (const Twin* twin : impl_->twins)
+    next = std::min(
+        next, all ? std::min(twin->next_inner_us(), twin->link().next_send_us()) : twin->next_visible_us());
   return next;
 }
 

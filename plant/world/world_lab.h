@@ -23,6 +23,8 @@ class WorldLab {
   virtual Truth truth() const = 0;
   virtual MaterialColumns materials() const { return {}; }
   virtual const IceLab* ice() const { return nullptr; }
+  /// A pulse on a hardware line may make an instrument send bytes.
+  virtual bool pulses_speak() const { return false; }
   virtual void io_plant(Archive& a) = 0;
   /// Computes the plant's events up to and including t_us: called before every event of a twin and at every
   /// call of World.

@@ -95,11 +95,13 @@ std::vector<PlannedRow> planned_rows(const Experiment& e) {
         if ((node == row.node || (row.node == "valve_a" && node == "valve_b") ||
              (row.node == "jet" && node == "jet_b")) &&
             !is_python_driver(e, node) && !(node == "stage" && has_grbl_stage(e)) &&
-            (!row.wanted || row.wanted(e, node)))
+            !(node == "laser_profiler" && has_point_scan(e)) && (!row.wanted || row.wanted(e, node)))
           all.push_back({&row, node});
   if (has_grbl_stage(e) && std::ranges::find(names, "stage") != names.end())
     for (const BringupRow& row : grbl_rows())
       if (!row.wanted || row.wanted(e, "stage")) all.push_back({&row, "stage"});
+  if (has_point_scan(e) && std::ranges::find(names, "laser_profiler") != names.end())
+    for (const BringupRow& row : point_scan_rows()) all.push_back({&row, "laser_profiler"});
   for (const BringupRow& row : python_rows())  // of the class, not of a maker's protocol
     for (const std::string& node : names)
       if (is_python_driver(e, node) && (!row.wanted || row.wanted(e, node))) all.push_back({&row, node});

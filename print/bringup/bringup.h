@@ -93,9 +93,10 @@ std::span<const BringupRow> stage_rows();
 std::span<const BringupRow> inkjet_rows();  ///< jet, profiler, lamp
 std::span<const BringupRow> camera_rows();
 std::span<const BringupRow> gas_rows();
-std::span<const BringupRow> ice_rows();     ///< robot, valves, laser, heater
-std::span<const BringupRow> grbl_rows();    ///< of a stage that is a GRBL board
-std::span<const BringupRow> python_rows();  ///< of every instrument that a class in Python drives
+std::span<const BringupRow> ice_rows();         ///< robot, valves, laser, heater
+std::span<const BringupRow> grbl_rows();        ///< of a stage that is a GRBL board
+std::span<const BringupRow> point_scan_rows();  ///< of a point laser that the stage moves
+std::span<const BringupRow> python_rows();      ///< of every instrument that a class in Python drives
 /// The settings of a jet; nullptr: the node is none.
 const drivers::JetConfig* jet_of(const Experiment& experiment, std::string_view node);
 /// The link row of every instrument: who answers at its port.

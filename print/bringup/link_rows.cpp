@@ -20,6 +20,7 @@ struct Probe : drivers::LinkProbe {
   std::string_view node;  ///< of port_defaults, or the word of a kind of jet or stage
 };
 constexpr std::string_view kGrbl = "grbl";
+constexpr std::string_view kPointLaser = "laser_point";
 
 std::vector<Probe> probes_of(const Product& product) {
   using namespace drivers;
@@ -38,6 +39,7 @@ std::vector<Probe> probes_of(const Product& product) {
 std::string_view kind_of(const Experiment& e, std::string_view node) {
   if (const drivers::JetConfig* jet = jet_of(e, node)) return drivers::kJetKindWords[std::size_t(jet->kind)];
   if (node == "stage" && has_grbl_stage(e)) return kGrbl;
+  if (node == "laser_profiler" && has_point_scan(e)) return kPointLaser;
   return node == "valve_b" ? "valve_a" : node;
 }
 
@@ -48,6 +50,7 @@ std::string other_instrument(const Probe& p, const std::string& node, const Port
   if (is_jet(p.node) && node.starts_with("jet"))
     return "set " + node + ".kind = \"" + std::string(p.node) + "\"";
   if (p.node == kGrbl && node == "stage") return "set devices.stage.kind = \"grbl\"";
+  if (p.node == kPointLaser && node == "laser_profiler") return "set devices.laser_profiler.kind = \"lkg\"";
   return "exchange the addresses in [devices]: " + to_text(address) + " belongs to " +
          (is_jet(p.node) ? "jet" : std::string(p.node));
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "config/device_kinds.h"
 #include "config/devices.h"
 #include "config/labs.h"
 #include "files/usage_error.h"
@@ -18,7 +19,7 @@ namespace {
 // Rows that a profiler produces faster than a busy machine reads them are lost: a profiler keeps only its
 // newest row, and reading takes wall time. Measured: docs/commands/print.md.
 void check_rows(const Experiment& e) {
-  if (e.laser_profiler.read == drivers::ProfileRead::kMemory) return;
+  if (e.laser_profiler.read == drivers::ProfileRead::kMemory || has_point_scan(e)) return;
   constexpr double kMinWall_s = 0.005;
   const double scale = e.run.time_scale, speed = e.process.scan_speed_mm_s, pitch = e.grid.pitch_y_mm,
                row_s = pitch / speed / scale;

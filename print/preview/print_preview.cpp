@@ -40,6 +40,13 @@ constexpr std::size_t kMaxSections = 60;
 constexpr std::size_t kMaxRefused = 5;
 constexpr int kRoomForLayers = 3;  // feedback takes up to twice the nominal layers
 
+// All swaths, and between them the way back.
+double time_of_scan_s(const Experiment& e) {
+  const double swaths = double(swath_shifts_mm(e).size()), length_mm = (e.grid.ny + 1) * e.grid.pitch_y_mm;
+  return swaths * (length_mm / e.process.scan_speed_mm_s + kRowTurn_s) +
+         (swaths - 1.0) * (length_mm / e.process.pass_speed_mm_s + kRowTurn_s);
+}
+
 // The finished part, the size of its box and its cells.
 void measure(const HeightMap& height, const Mask& mask, PrintPreview& p) {
   p.picture = HeightMap(height.spec, kNotMeasured);
@@ -103,7 +110,7 @@ PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::fi
   const double rows = p.size_mm[1] / g.pitch_y_mm * (two ? 2.0 : 1.0) * e.process.sub_patterns *
                       places.sub_rows(),
                pass_s = rows * ((g.nx + 1) * g.pitch_x_mm / e.process.pass_speed_mm_s + kRowTurn_s),
-               scan_s = (g.ny + 1) * g.pitch_y_mm / e.process.scan_speed_mm_s + kRowTurn_s;
+               scan_s = time_of_scan_s(e);
   p.time_s =
       p.layers * (pass_s + scan_s + e.process.sub_patterns * (e.process.exposure_s + 2.0 * kRowTurn_s));
   const double detail_mm = std::max(g.pitch_x_mm, g.pitch_y_mm);
@@ -221,12 +228,11 @@ PrintPreview of_lines(const Experiment& e, const Blobs& inputs) {
     length_mm += mm;
     open_s += mm / s.speed_mm_s;
   }
-  const double scan_s = (g.ny + 1) * g.pitch_y_mm / e.process.scan_speed_mm_s + kRowTurn_s;
   p.amount = std::llround(p.layers * length_mm);
   p.volume_mm3 = p.layers * open_s * e.aerosol.flow_mm3_s;
   p.materials.emplace_back("ink", p.volume_mm3);
   for (const std::string& r : overlap_remarks(job)) p.remarks.push_back(e.aerosol.job + ": " + r);
-  p.time_s = p.layers * open_s + (p.layers + 1) * double(swath_shifts_mm(e).size()) * scan_s;
+  p.time_s = p.layers * open_s + (p.layers + 1) * time_of_scan_s(e);
   return p;
 }
 

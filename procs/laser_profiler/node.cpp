@@ -4,6 +4,7 @@
 
 #include "config/device_kinds.h"
 #include "drivers/laser_profiler/laser_profiler.h"
+#include "drivers/laser_profiler/point_scan.h"
 #include "drivers/laser_profiler/script_profiler.h"
 #include "firn/scan_done_t.hpp"
 
@@ -16,6 +17,9 @@ std::unique_ptr<drivers::ProfilerDriver> profiler_driver(const Experiment& e) {
   if (is_python_driver(e, "laser_profiler"))
     return std::make_unique<drivers::ScriptProfiler>(script_options(e, "laser_profiler", c.host_latency_s), c,
                                                      e.stage.counts_per_mm);
+  if (has_point_scan(e))
+    return std::make_unique<drivers::PointScan>(
+        c, drivers::PointScanPlace{0.5 * (e.grid.x_mm(0) + e.grid.x_mm(e.grid.nx - 1)), e.grid.pitch_x_mm});
   return std::make_unique<drivers::LaserProfiler>(c);
 }
 
@@ -53,7 +57,8 @@ void LaserProfilerNode::on_measured(drivers::ProfileRow& p, Time now, Outbox& ou
   m.sample_utime_us = now.us;
   m.x0_mm = p.x0_mm + scan_.shift_x_mm;
   m.dx_mm = p.dx_mm;
-  m.y_mm = p.encoder_count / counts_per_mm_ + offset_y_mm_;
+  m.y_mm =
+      p.by_encoder ? p.encoder_count / counts_per_mm_ + offset_y_mm_ : scan_.y0_mm + p.row * scan_.pitch_y_mm;
   m.trigger_count = p.trigger_count;
   m.encoder_count = p.encoder_count;
   m.z_mm = std::move(p.z_mm);

@@ -15,8 +15,9 @@
 namespace firn {
 
 /// Adapter of drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder count
-/// in the reply) plus the offset of the laser line from the nozzle; its x is shifted with the stage's. The
-/// swaths of a scan have one numbering of rows and one SCAN_DONE.
+/// in the reply) plus the offset of the laser line from the nozzle, or of an instrument without an encoder
+/// input that of the order; its x is shifted with the stage's. The swaths of a scan have one numbering of
+/// rows and one SCAN_DONE.
 class LaserProfilerNode final
     : public DriverNode<LaserProfilerNode, drivers::Some<drivers::ProfilerDriver>, drivers::Effects> {
  public:

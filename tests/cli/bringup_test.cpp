@@ -61,6 +61,7 @@ struct Bench {
         [this](int asked, const std::string& question) -> std::optional<bool> {
           INFO(question);
           if (asked == 47) world.inject("laser_profiler trip 1");  // a person lays the block
+          if (asked == 67) world.inject("laser_profiler trip 5");
           ::usleep(50'000);
           return true;
         },
@@ -139,8 +140,8 @@ void check_failed(const BringupResult& r, const char* measured, const char* mend
 TEST_CASE("the checklist has the rows of the page, most of them carried out by the program", "[bringup]") {
   const std::string page = read_file(FIRN_SOURCE_DIR "/docs/devices/HARDWARE_CHECKLIST.md");
   std::set<int> all, automatic;
-  for (const auto rows :
-       {stage_rows(), inkjet_rows(), camera_rows(), gas_rows(), ice_rows(), grbl_rows(), python_rows()})
+  for (const auto rows : {stage_rows(), inkjet_rows(), camera_rows(), gas_rows(), ice_rows(), grbl_rows(),
+                          point_scan_rows(), python_rows()})
     for (const BringupRow& row : rows) {
       CHECK(all.insert(row.id).second);
       if (row.check) automatic.insert(row.id);
@@ -150,10 +151,10 @@ TEST_CASE("the checklist has the rows of the page, most of them carried out by t
       const std::string instrument = page.substr(at + 1, page.find('|', page.find('|', at + 2) + 1) - at);
       CHECK((instrument.find('*') != std::string::npos) == (row.check != nullptr));
     }
-  for (int id = 1; id <= 64; ++id)
+  for (int id = 1; id <= 67; ++id)
     if (id != 27) CHECK(all.contains(id));
   const auto of_the_46 = std::distance(automatic.begin(), automatic.upper_bound(46));
-  WARN(of_the_46 << " of the 46 rows are automatic, " << automatic.size() << " of all 64");
+  WARN(of_the_46 << " of the 46 rows are automatic, " << automatic.size() << " of all 67");
   CHECK(of_the_46 >= 30);
 }
 
@@ -296,10 +297,12 @@ TEST_CASE("bring-up sends no bytes to a port but the questions of its own kind",
     std::string only;  // that may come, again and again
   };
   const std::string grbl = "devices.stage.kind=\"grbl\"";
+  const std::string point = "devices.laser_profiler.kind=\"lkg\"";
   for (const Case& c : {Case{kInkjet, "stage", {}, drivers::ensemble::link_probe().question},
                         Case{kInkjet, "stage", {grbl}, drivers::grbl::link_probe().question},
                         Case{kInkjet, "lamp", {}, drivers::omnicure::frame("CONN")},
                         Case{kInkjet, "laser_profiler", {}, drivers::ljv::link_probe().question},
+                        Case{kInkjet, "laser_profiler", {point}, drivers::lkg::link_probe().question},
                         Case{kIce, "laser_point", {}, drivers::lkg::link_probe().question},
                         Case{kIce, "robot", {}, drivers::fvp::link_probe().question},
                         Case{kIce, "heater", {}, drivers::thermostat::link_probe().question}}) {
@@ -380,6 +383,20 @@ TEST_CASE("a profiler that hangs upside down or is mirrored is named by a gauge 
   REQUIRE(mirrored.row(7, "stage").state == "ok");
   check_failed(mirrored.row(47, "laser_profiler"), "at the end of greater x",
                "mirrored: laser_profiler.mirror_x = \"on\"");
+}
+
+TEST_CASE("a point laser in the profiler's place is brought up by its own rows, and one upside down is named",
+          "[bringup]") {
+  const std::string kind = "devices.laser_profiler.kind=\"lkg\"";
+  Bench b(kInkjet, {kind}, {kind});
+  for (const int id : {0, 65, 67}) {
+    const BringupResult r = b.row(id, "laser_profiler");
+    INFO(id << ": " << r.measured << " | " << r.limit << " | " << r.mend);
+    CHECK(r.state == "ok");
+  }
+  Bench down(kInkjet, {kind, "laser_profiler.z_sign=down"}, {kind});
+  check_failed(down.row(67, "laser_profiler"), "-0.5 mm",
+               "counts downwards: laser_profiler.z_sign = \"down\"");
 }
 
 TEST_CASE("a lamp that is cold or dark is named before it is to cure anything", "[bringup]") {

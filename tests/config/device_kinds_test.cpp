@@ -93,3 +93,19 @@ TEST_CASE("arguments of a class may hold quotes, commas and equal signs", "[kind
   CHECK(script_options(e, "lamp", 0.0).arguments == "resource='TCPIP::10.0.0.7::INSTR', a=1");
   CHECK(parse_experiment(dump(e), "dump.toml").devices.kind == e.devices.kind);
 }
+
+TEST_CASE("what a point laser in the profiler's place cannot do is refused by key", "[kinds]") {
+  const std::string kind = "[devices.laser_profiler]\nkind = \"lkg\"\n";
+  CHECK(mistake_of(kind) == "taken");
+  CHECK(has_point_scan(kinds_in(kind)));
+  CHECK_THAT(mistake_of(kind + "[laser_profiler]\ndx_mm = 0.01\n"),
+             Contains("laser_profiler.dx_mm") && Contains("middle of each column"));
+  CHECK_THAT(mistake_of(kind + "[laser_profiler]\nmirror_x = \"on\"\n"), Contains("a point has no sides"));
+  CHECK_THAT(mistake_of(kind + "[laser_profiler]\nread = \"memory\"\n"), Contains("keeps no profiles"));
+  CHECK_THAT(mistake_of(kind + "[laser_profiler]\nprogram = 8\n"), Contains("programs 0 to 7"));
+  CHECK_THAT(mistake_of(kind + "[laser_profiler]\noffset_x_mm = 300.0\n"),
+             Contains("laser_profiler.offset_x_mm") && Contains("the spot over each column"));
+  CHECK_THAT(mistake_of(kind + "[process]\nscan_speed_mm_s = 150.0\n[stage]\nmax_speed_mm_s = 200.0\n"
+                               "acceleration_mm_s2 = 100000.0\n"),
+             Contains("process.scan_speed_mm_s") && Contains("115200 baud carry 500"));
+}

@@ -45,7 +45,7 @@ void stage_command(Stage& stage, const std::string& text, std::int64_t now_us, E
 TEST_CASE("the stage speaks as the Ensemble cards say, whatever the split of the replies", "[stage]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
     Stage stage(small_stage());
-    test::play(
+    firn::drivers::test::play(
         stage, kStageTranscripts + "ens_pso_row.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { stage_command(stage, c, t, fx); }, split);
   }

@@ -36,6 +36,17 @@ TEST_CASE(
   check_finished_run(run);
 }
 
+TEST_CASE("a live print whose heights come from a point laser that the stage moves finishes, and replays") {
+  if (skipped()) return;
+  Experiment e = tiny_part(6);
+  e.part.shape.height_mm = 0.012;
+  e.devices.kind["laser_profiler"] = "lkg";
+  LiveRun run(e);
+  run.start(false);
+  CHECK(status_of(run) == 0);
+  check_finished_run(run);
+}
+
 TEST_CASE("a live print with droplet_estimator learns after every layer, and replays") {
   if (skipped()) return;
   Experiment e = tiny_part(4);
@@ -71,7 +82,7 @@ TEST_CASE("a full disk stops the print by name, and a resume fills the log again
   CHECK_THAT(run.said(), Catch::Contains("recorder: cannot record") && Catch::Contains("log.lcm"));
 
   run.start(true);
-  const int status = run.wait();
+  const int status = run.wait_finished();
   INFO(run.said());
   CHECK(status == 0);
   CHECK_THAT(run.said(), Catch::Contains("recording gap, repaired"));
@@ -94,7 +105,7 @@ TEST_CASE("droplets that the stage triggers after a stop has disarmed the jet ar
     run.wait_all_gone();
   }
   run.start(true);
-  const int status = run.wait();
+  const int status = run.wait_finished();
   INFO(run.said());
   CHECK(status == 0);
   check_finished_run(run);
@@ -114,7 +125,7 @@ TEST_CASE("Ctrl-C makes the lab safe, exits 130, and the print can be resumed") 
   check_safe_after(run, at);
   CHECK_THAT(run.said(), Catch::Contains("interrupted by the operator"));
   run.start(true);
-  const int status = run.wait();
+  const int status = run.wait_finished();
   INFO(run.said());
   CHECK(status == 0);
   check_finished_run(run);

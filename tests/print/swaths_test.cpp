@@ -20,6 +20,7 @@ struct PrintedSwaths {
   MemoryPrintReport report;
   std::vector<height_map_t> maps;
   std::vector<height_profile_t> first_rows;  ///< row 0 of each swath of the bare table
+  int points = 0;                            ///< of all rows
   int rows_lost = 0;
 };
 
@@ -38,8 +39,10 @@ PrintedSwaths printed_swaths(const std::vector<std::string>& overrides) {
     const auto decode = [&](auto& m) { return m.decode(bytes.data(), 0, int(bytes.size())) > 0; };
     if (height_map_t m; channel == "HEIGHT_MAP" && decode(m)) p.maps.push_back(m);
     if (layer_metrics_t m; channel == "LAYER_METRICS" && decode(m)) p.rows_lost += m.rows_lost;
-    if (height_profile_t m; channel == "HEIGHT_PROFILE" && decode(m))
+    if (height_profile_t m; channel == "HEIGHT_PROFILE" && decode(m)) {
+      p.points += m.n;
       if (m.layer == 0 && m.row % e.grid.ny == 0) p.first_rows.push_back(m);
+    }
   };
   p.report = print_in_memory(
       full_product(), e,
@@ -96,4 +99,35 @@ TEST_CASE("a profiler that keeps its rows loses none to a driver that asks too s
   REQUIRE(keeps.report.result.status == 0);
   CHECK(keeps.rows_lost == 0);
   for (const height_map_t& m : keeps.maps) CHECK(m.rows_received == 24);
+}
+
+TEST_CASE("a profiler whose line is before or behind the nozzle scans the whole grid") {
+  for (const char* offset : {"18.0", "-18.0"}) {
+    INFO(offset);
+    const PrintedSwaths p = printed_swaths({std::string("laser_profiler.offset_y_mm=") + offset});
+    CHECK(p.report.result.status == 0);
+    REQUIRE_FALSE(p.maps.empty());
+    for (const height_map_t& m : p.maps) CHECK(m.measured_fraction == 1.0);
+  }
+}
+
+TEST_CASE("a point laser that the stage moves measures each column, wherever it hangs") {
+  const PrintedSwaths line = printed_swaths({});
+  for (const auto& [x_mm, y_mm] : {std::pair{"0.0", "0.0"}, {"14.0", "-9.0"}}) {
+    const PrintedSwaths p = printed_swaths({"devices.laser_profiler.kind=\"lkg\"",
+                                            std::string("laser_profiler.offset_x_mm=") + x_mm,
+                                            std::string("laser_profiler.offset_y_mm=") + y_mm});
+    INFO(p.report.result.reason);
+    REQUIRE(p.report.result.status == 0);
+    REQUIRE(p.first_rows.size() == 24);
+    for (std::size_t k = 1; k < 24; ++k) CHECK(p.first_rows[k].x0_mm > p.first_rows[k - 1].x0_mm);
+    CHECK(p.rows_lost == 0);
+    CHECK(p.points == int(p.maps.size()) * 24 * 24);
+    for (const height_map_t& m : p.maps) {
+      CHECK(m.measured_fraction > 0.95);  // a cell has one point: a place that is not seen is a hole
+      CHECK(m.rows_received == 24 * 24);
+      CHECK(m.noise_std_mm > 0.0);
+    }
+    CHECK(p.report.error.rms_mm < 2.0 * line.report.error.rms_mm);  // one sample a cell
+  }
 }
