@@ -50,7 +50,9 @@ class Player {
       advance(at);
       give(p);
     }
-    if (!sent_.empty()) return "after the last line the driver sends" + shown(sent_.front());
+    // A print may end in mid talk: what the instrument's last words made the driver send is on no tape then.
+    const bool cut = !cassette_.pieces.empty() && cassette_.pieces.back().kind == Kind::kReceived;
+    if (!sent_.empty() && !cut) return "after the last line the driver sends" + shown(sent_.front());
     return {};
   }
 
