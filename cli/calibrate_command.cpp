@@ -189,7 +189,8 @@ void declare_calibrate(OptionSet& options) {
       .show_default()
       .within(1, 20);
   options.option("--seed", o.lab.run.seed, "of where passes begin and the order of things").show_default();
-  options.option("--plot", o.lab.plot, "residuals, of jet the velocities, SVG");
+  options.option("--plot", o.lab.plot,
+                 "residuals, of jet the velocities, SVG; with --json and -: in the answer");
   options.override_option(o.lab.overrides);
   declare_unsealed(options, o.unsealed);
   options.json_flag(o.json);

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "cli/calibrate_far.h"
 #include "cli/output_files.h"
 #include "config/devices.h"
 #include "config/error.h"
@@ -36,6 +37,7 @@ struct Kind {
   Calibrate run;  ///< in the ice lab, with the text of its machine
   LabCalibration (*jet)(const Experiment&, const LabCalibrationOptions&) = nullptr;  ///< in an ink-jet lab
 };
+constexpr std::string_view kPlotInAnswer = "-";
 constexpr std::string_view kIceFile = "labs/ice-cobra600.toml", kInkjetFile = "labs/inkjet-lu2015.toml";
 constexpr Kind kKinds[] = {
     {"laser-offset", &calibrate_laser_offset}, {"laser-latency", &calibrate_laser_latency},
@@ -70,6 +72,7 @@ nlohmann::ordered_json calibration_json(const LabCalibration& c) {
     };
     keys.push_back({{"key", k.section + "." + k.key},
                     {"unit", k.unit},
+                    {"digits", k.digits},
                     {"value", values(k.value)},
                     {"half_95", values(k.ci95_half_width)},
                     {"believed", values(k.believed)}});
@@ -238,7 +241,11 @@ std::string residual_svg(const LabCalibration& c) {
   return s + "</svg>";
 }
 
-int run_calibrate_lab(const CalibrateLabOptions& o) {
+int run_calibrate_lab(const CalibrateLabOptions& asked) {
+  CalibrateLabOptions o = asked;
+  const bool plot_in_answer = o.plot == kPlotInAnswer;
+  if (plot_in_answer && !o.json) throw UsageError("--plot -: of an answer by --json");
+  if (plot_in_answer) o.plot.clear();
   const auto kind =
       std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return k.name == o.what; });
   if (kind == std::end(kKinds)) throw UsageError("there is no calibration \"" + o.what + "\"");
@@ -262,10 +269,13 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
       throw UsageError(
           "--rounds: feet and screws of a real table are turned by a person; then run this again");
   }
+  const std::string host = host_of_calibration(e);
+  const std::string machine = kind->jet ? "" : read_config_text(lab.parent_path() / e.ice.machine);
   LabCalibration c;
   try {
-    c = kind->jet ? kind->jet(e, run)
-                  : kind->run(e, read_config_text(lab.parent_path() / e.ice.machine), run);
+    c = !host.empty() ? calibrate_at_host(e, host, asked, machine)
+        : kind->jet   ? kind->jet(e, run)
+                      : kind->run(e, machine, run);
   } catch (const calibration::Unidentifiable& why) {
     progress.done();
     if (o.json)
@@ -277,8 +287,10 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
     return kFailed;
   }
   progress.done();
-  if (!o.plot.empty())
-    write_text(o.plot, report::standalone_svg(c.picture.empty() ? residual_svg(c) : c.picture));
+  const auto picture_of = [](const LabCalibration& of) {
+    return of.picture.empty() ? residual_svg(of) : of.picture;
+  };
+  if (!o.plot.empty()) write_text(o.plot, report::standalone_svg(picture_of(c)));
   std::filesystem::path proposal;
   std::string changes;
   if (!c.keys.empty()) {
@@ -291,6 +303,7 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
     nlohmann::ordered_json out = calibration_json(c);
     if (!proposal.empty()) out["proposal"] = proposal.string();
     if (!o.plot.empty()) out["plot"] = o.plot;
+    if (plot_in_answer) out["svg"] = picture_of(c);
     std::printf("%s\n", out.dump(2).c_str());
     return kOk;
   }

@@ -21,6 +21,7 @@ namespace {
 struct HostOptions {
   std::string runs;  ///< empty: FarEnd::default_runs()
   std::string lab;   ///< in hexadecimal digits, with command: a command for one of its instruments here
+  std::vector<std::string> files;    ///< beside the lab's: NAME:digits
   std::vector<std::string> command;  ///< and its words
   std::string lane;  ///< of the firn host that it joins; empty: this one serves a print itself
 };
@@ -29,7 +30,7 @@ struct HostOptions {
 int run_host(const HostOptions& o) {
   if (!o.lab.empty()) {
     if (o.command.empty()) throw UsageError("--lab: a command is wanted");
-    return run_here(o.lab, o.command.front(), {o.command.begin() + 1, o.command.end()});
+    return run_here(o.lab, o.files, o.command.front(), {o.command.begin() + 1, o.command.end()});
   }
   if (::isatty(STDIN_FILENO))
     throw UsageError(
@@ -49,6 +50,7 @@ int run_host(const HostOptions& o) {
 void declare_host(OptionSet& options) {
   auto& o = options.calls(run_host);
   options.option("--lab", o.lab, "lab of another computer, in hexadecimal digits");
+  options.option("--file", o.files, "with --lab: NAME:DIGITS, a file that it names").one_value_each();
   options.option("COMMAND", o.command,
                  "with --lab: a command for an instrument that is here, and its words, behind --");
   options.option("--lane", o.lane, "a further connection for the firn host that named it");

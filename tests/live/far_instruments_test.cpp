@@ -1,12 +1,18 @@
-// Real instruments at another computer: bring-up, identity, and a print on them.
+// Real instruments at another computer: bring-up, identity, a print on them, and a calibration.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "config/devices.h"
+#include "config/labs.h"
 #include "files/json.h"
+#include "files/text_file.h"
 #include "print/bringup/far_instruments.h"
+#include "print/device/lab_experiment.h"
+#include "print/device/simulated_instruments.h"
 #include "print/labs/full_product.h"
 #include "replay/audit_run.h"
+#include "studies/calibrate/lab_calibrations.h"
 #include "tests/cli/run_firn.h"
 #include "tests/live/far_hosts.h"
 #include "tests/live/hardware.h"
@@ -94,4 +100,66 @@ TEST_CASE("ports of another computer are not opened here, and a host that is gon
   }
   CHECK_THAT(identities_refused(e, {"", {{"lamp", "x"}}, {}}),
              Contains("lamp at serial:") && Contains("host attic"));
+}
+
+namespace {
+
+/// The ice lab with all its instruments at sockets of a world that runs by the clock, which the host sees.
+struct FarIce {
+  FarIce() : world(laid_out(load_lab_experiment(kIce, keys()))), e(load_lab_experiment(kIce, keys())) {
+    for (const DevicePort& port : kDevicePorts)
+      if (takes_part(e, port.node)) e.devices.*port.member = to_text(world.address(std::string(port.node)));
+    e.ice.machine = FIRN_SOURCE_DIR "/labs/" + e.ice.machine;
+    e.hosts.address["attic"] = "attic:" FIRN_BINARY_DIR "/bin/firn";
+    for (const std::string& node : simulated_ports(laid_out(load_lab_experiment(kIce, keys()))))
+      e.hosts.of_node[node] = "attic";
+  }
+  static std::vector<std::string> keys() { return {"heater.low_degC=-40"}; }  // warm enough at once
+  static Experiment laid_out(const Experiment& lab) {
+    using namespace lab_calibrations;
+    return with_jig(with_field(lab, -60.0, -60.0, 10.0, 10.0));
+  }
+  /// In a file of this folder.
+  Said calibrated(const TempFolder& folder, const std::vector<std::string>& more = {}) const {
+    const std::string file = (folder.path() / "lab.toml").string();
+    std::ofstream(file) << dump(e);
+    std::vector<std::string> words{"calibrate", "laser-latency", file, "--repeats", "4"};
+    words.insert(words.end(), more.begin(), more.end());
+    return firn_says(words);
+  }
+  SimulatedInstruments world;
+  Experiment e;
+};
+
+}  // namespace
+
+TEST_CASE("a calibration is carried out at the computer of its instruments, and its result comes here",
+          "[hosts]") {
+  if (no_hosts()) return;
+  const FarHosts hosts({"attic"});
+  const FarIce lab;
+  const TempFolder folder;
+  const std::string plot = (folder.path() / "plot.svg").string();
+  const Said said = lab.calibrated(folder, {"--json", "--plot", plot});
+  INFO(said.out << said.err);
+  REQUIRE(said.code == 0);
+  const auto answer = nlohmann::json::parse(said.out);
+  CHECK(answer["keys"][0]["key"] == "laser_point.latency_s");
+  CHECK(answer["lab_s"].get<double>() > 1.0);  // by the clock
+  CHECK_THAT(read_file(plot), Contains("<svg"));
+  CHECK_THAT(read_file(folder.path() / "lab.proposed.toml"), Contains("firn calibrate laser-latency"));
+}
+
+TEST_CASE("a calibration whose instruments are at two computers is refused by name", "[hosts]") {
+  if (no_hosts()) return;
+  FarIce lab;
+  lab.e.hosts.of_node.erase("heater");
+  const TempFolder folder;
+  const Said said = lab.calibrated(folder);
+  CHECK(said.code == 2);
+  CHECK_THAT(said.err, Contains("needs its instruments at one computer") && Contains("heater here") &&
+                           Contains("laser_point at host attic"));
+  lab.e.hosts.of_node["heater"] = "attic";
+  lab.e.hosts.address["attic"] = "nowhere";
+  CHECK_THAT(lab.calibrated(folder).err, Contains("host attic (nowhere) cannot be reached"));
 }
