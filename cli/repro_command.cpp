@@ -2,10 +2,10 @@
 #include "cli/commands.h"
 
 #include <fmt/core.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +14,7 @@
 #include "cli/replay_command.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
+#include "files/temporary_folder.h"
 #include "files/usage_error.h"
 #include "replay/print_verdict.h"
 #include "runs/bundle/bundle.h"
@@ -35,23 +36,15 @@ struct ReproOptions {
 // A folder that goes at the end, unless it is to stay.
 class Unpacked {
  public:
-  explicit Unpacked(const std::string& keep) : stays_(!keep.empty()), path_(keep) {
-    if (stays_) {
+  explicit Unpacked(const std::string& keep) : path_(keep) {
+    if (!keep.empty()) {
       std::error_code error;
       fs::create_directories(path_, error);
       if (error || !fs::is_empty(path_)) throw UsageError("--keep " + keep + ": an empty folder is wanted");
       return;
     }
-    std::string name = (fs::temp_directory_path() / "firn-repro-XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw UsageError(name + ": no folder can be made there");
-    path_ = name;
+    path_ = goes_.emplace("repro").path();
   }
-  ~Unpacked() {
-    std::error_code ignored;
-    if (!stays_) fs::remove_all(path_, ignored);
-  }
-  Unpacked(const Unpacked&) = delete;
-  Unpacked& operator=(const Unpacked&) = delete;
 
   fs::path folder(const char* name) const {
     const fs::path folder = path_ / name;
@@ -60,7 +53,7 @@ class Unpacked {
   }
 
  private:
-  bool stays_;
+  std::optional<TemporaryFolder> goes_;
   fs::path path_;
 };
 

@@ -22,35 +22,29 @@ constexpr int kBeginWithin_ms = 10'000;
 
 }  // namespace
 
-SimulatedInstruments::SimulatedInstruments(const Experiment& experiment, bool quick) {
-  std::string name = (fs::temp_directory_path() / "firn-device-XXXXXX").string();
-  if (!::mkdtemp(name.data())) throw std::runtime_error(name + ": cannot be made");
-  folder_ = name;
+SimulatedInstruments::SimulatedInstruments(const Experiment& experiment, bool quick) : folder_("device") {
   Experiment alone = experiment;
   alone.devices = {};  // all are at the simulated ports, as the kinds that have a twin
   for (const auto& [node, kind] : experiment.devices.kind)
     if (!is_python_driver(experiment, node)) alone.devices.kind[node] = kind;
-  write_file_atomically(RunPaths(folder_).experiment_path(), dump(alone));
+  write_file_atomically(RunPaths(folder_.path()).experiment_path(), dump(alone));
   const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path();
   const fs::path program = fs::exists(beside / "world") ? beside / "world" : beside / ".." / "bin" / "world";
-  std::vector<std::string> words{"--run",        folder_.string(),
+  std::vector<std::string> words{"--run",        folder_.path().string(),
                                  "--epoch-ns",   std::to_string(monotonic_ns()),
                                  "--control-fd", std::to_string(ChildProcess::kControlFd)};
   if (quick) words.insert(words.end(), {"--instruments", "quick"});
   world_ = std::make_unique<ChildProcess>("world", program, words, folder_ / "world.err");
   for (int ms = 0; ms < kBeginWithin_ms; ++ms) {
-    if (const fs::path io = RunPaths(folder_).ports_path(); fs::exists(io) && !fs::is_empty(io)) return;
+    if (const fs::path io = RunPaths(folder_.path()).ports_path(); fs::exists(io) && !fs::is_empty(io))
+      return;
     if (!world_->running()) break;
     ::usleep(1000);
   }
   throw std::runtime_error("the simulated lab did not begin");
 }
 
-SimulatedInstruments::~SimulatedInstruments() {
-  world_.reset();
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
-}
+SimulatedInstruments::~SimulatedInstruments() = default;
 
 void SimulatedInstruments::inject(const std::string& fault) { world_->control().say("SIMFAULT " + fault); }
 
@@ -69,7 +63,7 @@ double SimulatedInstruments::weighed_mg(int material, int weighing) {
 }
 
 PortAddress SimulatedInstruments::address(const std::string& node) const {
-  return unix_port(RunPaths(folder_).port_path(node).string());
+  return unix_port(RunPaths(folder_.path()).port_path(node).string());
 }
 
 }  // namespace firn

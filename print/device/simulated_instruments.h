@@ -2,12 +2,12 @@
 // without hardware.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "config/experiment.h"
 #include "files/port_address.h"
+#include "files/temporary_folder.h"
 #include "print/process/child_process.h"
 
 namespace firn {
@@ -29,7 +29,7 @@ class SimulatedInstruments {
   double weighed_mg(int material, int weighing);
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;  // outlives the world
   std::unique_ptr<ChildProcess> world_;
 };
 

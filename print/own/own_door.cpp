@@ -13,12 +13,6 @@
 namespace firn {
 namespace {
 
-std::uint64_t number_at(std::span<const std::byte> from) {
-  std::uint64_t v = 0;
-  for (std::size_t k = 0; k < 8; ++k) v = v << 8 | std::uint64_t(from[k]);
-  return v;
-}
-
 void require_name(std::string_view program) {
   if (!is_own_name(program))
     throw UsageError("'" + valid_utf8(program) + "' is no name for a program: it must be " + kOwnNameForm);
@@ -78,7 +72,7 @@ void OwnDoor::take_sealed(std::string_view channel, std::span<const std::byte> s
   std::span<const std::byte> message = sealed;
   if (key_) {
     message = sealed.first(sealed.size() - kMacTrailerBytes);
-    count_number(program, sealed.last(kMacTrailerBytes));
+    count_number(program, mac_numbers(sealed.last<kMacTrailerBytes>()));
   }
   try {
     if (too_many(program))
@@ -90,9 +84,9 @@ void OwnDoor::take_sealed(std::string_view channel, std::span<const std::byte> s
 }
 
 // Of messages that overtake each other none is lost: the count is made up at the end.
-void OwnDoor::count_number(std::string_view program, std::span<const std::byte> trailer) {
-  Sender& s = senders_[std::string(program)][number_at(trailer)];
-  const std::uint64_t number = number_at(trailer.subspan(8));
+void OwnDoor::count_number(std::string_view program, const MacNumbers& of) {
+  Sender& s = senders_[std::string(program)][of.sender];
+  const std::uint64_t number = of.number;
   if (s.came++ == 0) s.first = number;
   s.first = std::min(s.first, number);
   s.newest = std::max(s.newest, number);

@@ -60,7 +60,7 @@ class OwnDoor {
   };
   void take(std::string_view program, OwnMessage&& message);
   void take_sealed(std::string_view channel, std::span<const std::byte> sealed);
-  void count_number(std::string_view program, std::span<const std::byte> trailer);
+  void count_number(std::string_view program, const MacNumbers& of);
   bool too_many(std::string_view program);
   void refuse(std::string_view program, const std::string& why);
 

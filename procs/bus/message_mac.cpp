@@ -36,7 +36,7 @@ void put(std::uint64_t v, std::byte* to) {
   for (int k = 0; k < 8; ++k) to[k] = std::byte(v >> (56 - 8 * k));
 }
 
-std::uint64_t get(const std::byte* from) {
+std::uint64_t number_at(const std::byte* from) {
   std::uint64_t v = 0;
   for (int k = 0; k < 8; ++k) v = v << 8 | std::uint64_t(from[k]);
   return v;
@@ -45,6 +45,10 @@ std::uint64_t get(const std::byte* from) {
 const unsigned char* raw(const void* p) { return static_cast<const unsigned char*>(p); }
 
 }  // namespace
+
+MacNumbers mac_numbers(std::span<const std::byte, kMacTrailerBytes> trailer) {
+  return {number_at(trailer.data()), number_at(trailer.data() + 8)};
+}
 
 void KeyedHash::Free::operator()(evp_mac_ctx_st* context) const { EVP_MAC_CTX_free(context); }
 
@@ -156,9 +160,9 @@ MacFault MacVerifier::Holders<Code>::open(std::string_view channel, std::span<co
   std::byte wanted[Code::kBytes];
   code.compute(channel, message, trailer.first<kNumbersBytes>(), wanted);
   if (CRYPTO_memcmp(wanted, trailer.data() + kNumbersBytes, sizeof wanted) != 0) return MacFault::kForged;
-  const std::uint64_t sender = get(trailer.data());
+  const auto [sender, number] = mac_numbers(trailer);
   if (senders.size() >= most_senders && !senders.contains(sender)) return MacFault::kForged;
-  if (!senders[sender].take(get(trailer.data() + 8))) return MacFault::kRepeated;
+  if (!senders[sender].take(number)) return MacFault::kRepeated;
   datagram = message;
   return MacFault::kNone;
 }

@@ -23,6 +23,12 @@ namespace firn {
 
 inline constexpr std::size_t kMacTrailerBytes = 32;  ///< sender 8, number 8, hash 16; big endian
 
+/// The numbers in a trailer: who sent the message, and its how-manieth it is.
+struct MacNumbers {
+  std::uint64_t sender = 0, number = 0;
+};
+MacNumbers mac_numbers(std::span<const std::byte, kMacTrailerBytes> trailer);
+
 /// Computes the hash with one key; not for two threads at once.
 class KeyedHash {
  public:

@@ -1,12 +1,8 @@
 #include "runs/folder/far_archive.h"
 
-#include <unistd.h>
-
 #include <array>
-#include <cstdlib>
 #include <sstream>
 #include <stdexcept>
-#include <system_error>
 
 #include "files/command.h"
 #include "files/run_paths.h"
@@ -19,11 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // A socket's path has at most 108 bytes, so that TMPDIR may be too long a place.
-fs::path make_scratch() {
-  std::string name = "/tmp/firn-sync-XXXXXX";
-  if (!::mkdtemp(name.data())) throw UsageError(name + ": no folder can be made there");
-  return name;
-}
+constexpr const char* kScratchPlace = "/tmp";
 
 constexpr const char* kConnection =
     "ssh -o BatchMode=yes -o ConnectTimeout=10 -o ControlMaster=auto "
@@ -42,13 +34,12 @@ std::optional<FarPlace> far_place(const std::string& word) {
   return place;
 }
 
-FarArchive::FarArchive(FarPlace place) : place_(std::move(place)), scratch_(make_scratch()) {
+FarArchive::FarArchive(FarPlace place) : place_(std::move(place)), scratch_("sync", kScratchPlace) {
   try {
     std::istringstream all(
         there("mkdir -p -- " + shell_word(place_.path) + " && ls -a -- " + shell_word(place_.path)));
     for (std::string name; std::getline(all, name);) names_.insert(name);
   } catch (const std::runtime_error& e) {
-    fs::remove_all(scratch_);
     throw UsageError(e.what());
   }
 }
@@ -59,8 +50,6 @@ FarArchive::~FarArchive() {
         {"ssh", "-o", "ControlPath=" + (scratch_ / "line").string(), "-O", "exit", "--", place_.host});
   } catch (const std::exception&) {  // the connection ends by itself
   }
-  std::error_code left;
-  fs::remove_all(scratch_, left);
 }
 
 std::string FarArchive::there(const std::string& command) const {

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "files/temporary_folder.h"
 #include "runs/folder/archive_copy.h"
 
 namespace firn::runs {
@@ -40,8 +41,7 @@ class FarArchive : public Archive {
   std::string folder(const std::string& name) const;
 
   FarPlace place_;
-  std::filesystem::path
-      scratch_;  // of this computer: the connection's socket, and files that look() has copied
+  TemporaryFolder scratch_;  // of this computer: the connection's socket, and files that look() has copied
   std::set<std::string> names_;  // that are there
 };
 

@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 #include <fmt/format.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -17,6 +15,7 @@
 #include <vector>
 
 #include "files/command.h"
+#include "files/temporary_folder.h"
 
 namespace firn {
 namespace {
@@ -26,26 +25,6 @@ namespace fs = std::filesystem;
 constexpr double kUm = 1e3;  // per mm: the solver's tolerances are absolute, of about 1e-7
 constexpr const char* kSolver = "cbc";
 constexpr const char* kNothingLeaks = "Minimize\n least:\nSubject To\n";
-
-// Folder of the programme and its answer, gone with it.
-class Workplace {
- public:
-  Workplace() {
-    std::string name = (fs::temp_directory_path() / "firn-edge-XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error(name + ": cannot be made: " + std::strerror(errno));
-    path_ = name;
-  }
-  ~Workplace() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Workplace(const Workplace&) = delete;
-  Workplace& operator=(const Workplace&) = delete;
-  fs::path operator/(const char* file) const { return path_ / file; }
-
- private:
-  fs::path path_;
-};
 
 struct Neighbour {
   int di, dj;
@@ -121,7 +100,7 @@ double edge_bound(const HeightMap& target, const Mask& mask, const deposition::D
                   deposition::Border border, double mean_abs_mm) {
   const std::string programme = edge_programme(target, mask, model, border, mean_abs_mm);
   if (programme.starts_with(kNothingLeaks)) return 0.0;
-  const Workplace folder;
+  const TemporaryFolder folder("edge");
   const fs::path file = folder / "edge.lp", answer = folder / "edge.txt";
   std::ofstream(file) << programme;
   const CommandEnd end = run_command({kSolver, file.string(), "-solve", "-solu", answer.string()});

@@ -1,8 +1,6 @@
 #include "studies/reproduce/barnett/box_print.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <stdexcept>
 #include <string>
 
 #include "files/mesh/mesh_file.h"
@@ -52,18 +50,10 @@ Experiment experiment_of(double height_mm, std::uint64_t seed) {
 
 }  // namespace
 
-BoxFolder::BoxFolder(const BoxPart& part, bool plate_on_top) {
-  std::string name = (fs::temp_directory_path() / "firn-part-XXXXXX").string();
-  if (!mkdtemp(name.data())) throw std::runtime_error(name + ": no folder can be made");
-  path = name;
+BoxFolder::BoxFolder(const BoxPart& part, bool plate_on_top) : folder_("part"), path(folder_.path()) {
   write_file_atomically(path / "box.stl", mesh_bytes(mesh_of(part, plate_on_top), MeshFormat::kBinaryStl));
   write_file_atomically(path / "slice.toml", kSlice);
   write_file_atomically(path / "machine.toml", kBoxMachine);
-}
-
-BoxFolder::~BoxFolder() {
-  std::error_code ignored;
-  fs::remove_all(path, ignored);
 }
 
 MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::function<void()>& layer) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <vector>
 
+#include "files/temporary_folder.h"
 #include "print/simulated/memory_print.h"
 #include "studies/reproduce/barnett/box_part.h"
 
@@ -16,13 +17,15 @@ inline constexpr const char* kBoxMachine = "[machine]\nname = \"cobra600\"\n";
 inline constexpr double kBoxLayer_mm = 0.25;
 
 /// Holds the files that the lab's own code reads (box.stl, slice.toml, machine.toml) during its lifetime.
-/// @throws std::runtime_error: no folder can be made
+/// @throws UsageError: no folder can be made
 class BoxFolder {
  public:
   BoxFolder(const BoxPart& part, bool plate_on_top);
-  ~BoxFolder();
-  BoxFolder(const BoxFolder&) = delete;
-  BoxFolder& operator=(const BoxFolder&) = delete;
+
+ private:
+  TemporaryFolder folder_;
+
+ public:
   std::filesystem::path path;
 };
 
