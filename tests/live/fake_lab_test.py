@@ -13,6 +13,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from fake_lab_process import FakeLab  # noqa: E402
+from late_stops import finished  # noqa: E402
 
 PATIENCE_S = 300
 ROOT = BUILD = None
@@ -75,8 +76,9 @@ class FakeLabTest(unittest.TestCase):
         self.assertLessEqual({row["row"] for row in undone}, {GAUGE_ROW} | TIMED_ROWS, undone)
         accepted = [word for row in undone for word in ("--accept-bringup", f"{row['node']}:{row['row']}")]
         code, text = self.firn("print", "part.toml", *accepted)
+        run = re.search(r"run folder (\S+?)[,\s]", text).group(1)
+        code, text = finished(self.firn, code, text, run)
         self.assertEqual(code, 0, text)
-        run = re.search(r"run folder (\S+)", text).group(1)
         result = json.loads((self.place / run / "result.json").read_text())
         self.assertEqual(result["outcome"], "finished", result)
         self.assertEqual(self.firn("audit", run)[0], 0)

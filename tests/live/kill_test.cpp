@@ -133,7 +133,7 @@ void kill_at_random(std::uint64_t seed) {
       continue;
     }
     if (left == 0) {
-      status = run.wait();
+      status = run.wait_finished();
       continue;
     }
     --left;
@@ -218,6 +218,6 @@ TEST_CASE("a world whose sockets close before it is gone is the cause, not the l
   CHECK_THAT(run.said(), Catch::Contains("world was killed by signal 9"));
   CHECK_FALSE(run.folder().result());
   run.start(true);
-  CHECK(run.wait() == 0);
+  CHECK(run.wait_finished() == 0);
   check_finished_run(run);
 }

@@ -77,7 +77,7 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
 int status_of(LiveRun& run) {
   INFO(run.path());
   REQUIRE(run.wait_started());
-  const int status = run.wait();
+  const int status = run.wait_finished();
   UNSCOPED_INFO(run.said());
   return status;
 }
@@ -120,7 +120,7 @@ void kill_and_resume(const Experiment& experiment, const std::string& victim, co
     CHECK(local_stop_cause(run, witness) == "the launcher is gone");
 
   run.start(true);
-  const int resumed = run.wait();
+  const int resumed = run.wait_finished();
   INFO(run.said());
   CHECK(resumed == 0);
   check_finished_run(run);

@@ -21,8 +21,8 @@ std::filesystem::path programs_with(const std::filesystem::path& folder, const s
 /// The script that starts a program of the print unchanged, after `before`.
 std::string starts(const std::string& name, const std::string& before);
 
-/// Waits until the run has started and ended. @returns its status; a failure that follows reports the output
-/// of the run
+/// Waits until the run has started and finished, LiveRun::wait_finished(). @returns its status; a failure
+/// that follows reports the output of the run
 int status_of(LiveRun& run);
 
 /// Starts the print, kills `victim` from `earliest_us` to `latest_us` of wall time after its start, and

@@ -5,18 +5,22 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "config/devices.h"
 #include "config/include.h"
 #include "config/labs.h"
+#include "files/exit_codes.h"
 #include "print/inputs/ice_inputs.h"
 #include "print/labs/full_product.h"
 #include "print/live/bus_check.h"
+#include "print/live/busy_machine.h"
 #include "runtime/lossy.h"
 #include "runtime/run_clock.h"
 #include "tests/support/mesh_samples.h"
@@ -228,6 +232,35 @@ int LiveRun::wait() {
   ::waitpid(launcher_, &status, 0);
   launcher_ = -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// "" if the last stop was of another kind: the words are those of a print that names its lateness, and of
+// drivers whose instrument's answer was read too late.
+std::string LiveRun::late_stop() const {
+  constexpr std::string_view kLate[] = {"stood still", "said nothing",  "no good reply",   "no answer",
+                                        "link lost",   "no height map", "rows of its scan"};
+  std::string last;
+  std::istringstream lines(said());
+  for (std::string line; std::getline(lines, line);)
+    if (line.find("stopped safely") != line.npos) last = line;
+  const bool named = !busy_words(last, 0, 2.0, 1).empty() ||
+                     std::ranges::any_of(kLate, [&](auto words) { return last.find(words) != last.npos; });
+  return named ? last : "";
+}
+
+int LiveRun::wait_finished() {
+  constexpr int kMostLateStops = 3;
+  for (;;) {
+    const int status = wait();
+    const std::string why = status == kSafetyStop ? late_stop() : "";
+    if (why.empty() || late_stops_ == kMostLateStops) return status;
+    ++late_stops_;
+    std::printf("%s: somebody came too late, as on a loaded computer; resumed: %s\n", path().c_str(),
+                why.c_str());
+    wait_all_gone();
+    start(true);
+    wait_started();
+  }
 }
 
 void LiveRun::wait_all_gone() {

@@ -58,6 +58,11 @@ class LiveRun {
   std::vector<std::string> processes() const;  ///< names that kill() knows
   /// Waits until the launcher has ended. @returns its exit code, -1 = killed
   int wait();
+  /// The same of a print that must finish. Where it was stopped because somebody came too late, as happens on
+  /// a loaded computer, it is resumed, three times at most.
+  int wait_finished();
+  /// How often wait_finished() has resumed it.
+  int late_stops() const { return late_stops_; }
   /// Waits until no process of the run is left.
   void wait_all_gone();
   bool running();
@@ -86,12 +91,14 @@ class LiveRun {
 
  private:
   std::filesystem::path disk_file() const { return root_ / "disk"; }
+  std::string late_stop() const;
 
   std::filesystem::path root_;
   std::optional<runs::RunFolder> folder_;
   std::map<std::string, int> pids_;
   int launcher_ = -1;
   int incarnation_ = -1;
+  int late_stops_ = 0;
 };
 
 }  // namespace firn::test

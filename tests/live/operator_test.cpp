@@ -66,7 +66,7 @@ TEST_CASE("a live print is paused, told more layers, and goes on to its end") {
   ::usleep(3'000'000);  // longer than the whole print takes
   CHECK(run.running());
   CHECK_THAT(obeyed(run, {"continue"}), Contains("ok continue"));
-  CHECK(run.wait() == kOk);
+  CHECK(run.wait_finished() == kOk);
   INFO(run.said());
   CHECK_THAT(run.said(), Contains("the print waits before") && Contains("the print goes on"));
   check_finished_run(run);
@@ -87,7 +87,7 @@ TEST_CASE("the operator's stop makes a live lab safe, and a resume finishes the 
   run.start(true);
   REQUIRE(run.wait_started());
   CHECK_THAT(obeyed(run, {"pause"}, kNumber), Contains("refused order 4711 was 'stop' and is no 'pause'"));
-  CHECK(run.wait() == kOk);
+  CHECK(run.wait_finished() == kOk);
   INFO(run.said());
   check_finished_run(run);
 }
@@ -121,7 +121,7 @@ TEST_CASE("firn ctl stop returns when the run can be resumed") {
   CHECK_FALSE(runs::printing_process(run.path()));
   CHECK(run.wait() == kSafetyStop);
   run.start(true);
-  CHECK(run.wait() == kOk);
+  CHECK(run.wait_finished() == kOk);
   INFO(run.said());
   check_finished_run(run);
 }

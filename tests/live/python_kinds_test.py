@@ -16,6 +16,9 @@ import time
 import unittest
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from late_stops import finished  # noqa: E402
+
 PATIENCE_S = 300
 ROOT = BUILD = None
 SHORT = False
@@ -276,7 +279,9 @@ class PythonKindsTest(unittest.TestCase):
             keys += [f'devices.{node}.port="{fake.address}"', f'devices.{node}.kind="python:kinds.py:{names[node]}"']
         code, text = self.firn("print", "lab.toml", "--accept-bringup", "all", *(word for key in keys for word in ("--set", key)))
         run = re.search(r"run folder ([^\s,]+)", text)
-        return code, text, fakes, self.place / run.group(1) if run else None
+        run = self.place / run.group(1) if run else None
+        code, text = finished(self.firn, code, text, run)
+        return code, text, fakes, run
 
     def test_a_lab_of_classes_in_python_prints_and_replays_without_them(self):
         code, text, fakes, run = self.print_part("well")

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 void finish(LiveRun& run) {
   run.start(true);
-  const int status = run.wait();
+  const int status = run.wait_finished();
   INFO(run.said());
   CHECK(status == kOk);
   check_finished_run(run);

@@ -87,7 +87,7 @@ TEST_CASE("A picture of more layers than the print has left ends with the print"
   const Said spy = run_firn("spy '" + run.path().string() + "' --layers 100000 --screenshot '" + png + "'");
   INFO(spy.out);
   if (spy.status == 0) CHECK_THAT(spy.out, !Catch::Contains("after 100000 layers"));
-  CHECK(run.wait() == 0);
+  CHECK(run.wait_finished() == 0);
 }
 
 TEST_CASE("firn spy says what is wrong: no display, no such run, a bus in one process") {
