@@ -1,14 +1,11 @@
 #include "replay/cross_check.h"
 
-#include <algorithm>
-
 #include "runs/read/bytes.h"
 #include "runs/read/describe.h"
 
 namespace firn::replay {
 
-SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes)
-    : nodes_(nodes), publishers_(runs::ChannelIndex::size()) {
+SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes) : publishers_(runs::ChannelIndex::size()) {
   for (const NodeOutcome& node : nodes)
     if (node.replayed)
       for (std::size_t n = 0; n < publishers_.size(); ++n) {
@@ -18,40 +15,31 @@ SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes)
       }
 }
 
-const std::deque<Sent>& SentIndex::all(int channel) const {
-  static const std::deque<Sent> none;
+const SentList* SentIndex::all(int channel) const {
   const NodeOutcome* node = publishers_[std::size_t(channel)];
-  return node ? node->sent[std::size_t(channel)] : none;
+  return node ? &node->sent[std::size_t(channel)] : nullptr;
 }
 
-// Sequence numbers count from 1 without gaps, unless the file is damaged.
 std::optional<std::size_t> SentIndex::position(int channel, std::int64_t seq) const {
-  const std::deque<Sent>& list = all(channel);
-  if (seq >= 1 && seq <= std::int64_t(list.size()) && list[std::size_t(seq - 1)].seq == seq)
-    return std::size_t(seq - 1);
-  const auto it = std::ranges::find(list, seq, &Sent::seq);
-  if (it == list.end()) return std::nullopt;
-  return std::size_t(it - list.begin());
+  const SentList* list = all(channel);
+  return list ? list->position(seq) : std::nullopt;
 }
 
 const Sent* SentIndex::find(int channel, std::int64_t seq) const {
   const std::optional<std::size_t> at = position(channel, seq);
-  return at ? &all(channel)[*at] : nullptr;
+  return at ? &at_place(channel, *at) : nullptr;
+}
+
+const Sent& SentIndex::at_place(int channel, std::size_t place) const {
+  const Sent& sent = (*all(channel))[place];
+  publishers_[std::size_t(channel)]->file->read_again(sent.bytes);
+  return sent;
 }
 
 std::uint64_t SentIndex::step_after(int channel, std::int64_t seq) const {
-  for (const Sent& s : all(channel))
-    if (s.seq > seq) return s.step;
-  return publishers_[std::size_t(channel)]->verdict.steps;
-}
-
-void SentIndex::read(std::size_t bytes) const {
-  constexpr std::size_t kHeld_bytes = std::size_t(32) << 20;
-  held_ += bytes;
-  if (held_ < kHeld_bytes) return;
-  for (const NodeOutcome& node : nodes_)
-    if (node.file) node.file->forget();
-  held_ = 0;
+  const SentList& list = *all(channel);
+  const std::size_t n = list.after(seq);
+  return n < list.size() ? list[n].step : publishers_[std::size_t(channel)]->verdict.steps;
 }
 
 namespace {
@@ -62,6 +50,7 @@ void tell_gaps(const SentIndex& sent, NodeOutcome& node) {
     if (const Sent* s = sent.find(gap.channel, gap.from)) gap.finding.at = s->at;
     node.add(std::move(gap.finding));
   }
+  node.findings_total += node.more_gaps;
 }
 
 void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d, MessageComparer& comparer) {
@@ -105,9 +94,10 @@ void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d
 void check_deliveries(const SentIndex& sent, std::vector<NodeOutcome>& nodes, MessageComparer& comparer) {
   for (NodeOutcome& node : nodes) {
     tell_gaps(sent, node);
-    for (const Delivered& d : node.delivered) {
+    for (std::size_t n = 0; n < node.delivered.size(); ++n) {
+      const Delivered& d = node.delivered[n];
       if (sent.knows(d.channel)) check_delivery(sent, node, d, comparer);
-      sent.read(2 * d.bytes.size());
+      node.file->read_again(d.bytes);
     }
   }
 }

@@ -1,7 +1,6 @@
 // Checks the deliveries between the nodes' files of a run.
 #pragma once
 
-#include <deque>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -14,21 +13,21 @@ namespace firn::replay {
 class SentIndex {
  public:
   explicit SentIndex(const std::vector<NodeOutcome>& nodes);
+  /// Returns a message that is valid until the next look at its channel; nullptr: the file has none.
   const Sent* find(int channel, std::int64_t seq) const;
   /// Returns its position in all(); nothing: the file has no such message.
   std::optional<std::size_t> position(int channel, std::int64_t seq) const;
+  /// Returns the message at such a position, valid as that of find().
+  const Sent& at_place(int channel, std::size_t place) const;
   /// Returns true if the file of the channel's publisher was read.
   bool knows(int channel) const { return publishers_[std::size_t(channel)] != nullptr; }
-  const std::deque<Sent>& all(int channel) const;
+  /// Returns nullptr for a channel that it does not know.
+  const SentList* all(int channel) const;
   /// Returns the step of the publisher's file before which the message `seq`, absent from the file, must have
   /// been sent.
   std::uint64_t step_after(int channel, std::int64_t seq) const;
-  /// Counts bytes of the nodes' files that were read again, and now and then takes their pages out of memory.
-  void read(std::size_t bytes) const;
 
  private:
-  const std::vector<NodeOutcome>& nodes_;
-  mutable std::size_t held_ = 0;
   std::vector<const NodeOutcome*> publishers_;  // by ChannelIndex
 };
 

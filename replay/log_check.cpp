@@ -1,6 +1,7 @@
 #include "replay/log_check.h"
 
-#include <algorithm>
+#include <iterator>
+#include <map>
 #include <optional>
 
 #include "files/record/event_log.h"
@@ -9,6 +10,36 @@
 
 namespace firn::replay {
 namespace {
+
+/// Places that were seen, as ranges: those of a whole log, which come in their order, are one.
+class SeenPlaces {
+ public:
+  void add(std::size_t place) {
+    auto next = ranges_.upper_bound(place);
+    auto range = next == ranges_.begin() ? ranges_.end() : std::prev(next);
+    if (range != ranges_.end() && place < range->second) return;
+    if (range != ranges_.end() && place == range->second)
+      ++range->second;
+    else
+      range = ranges_.emplace_hint(next, place, place + 1);
+    if (next == ranges_.end() || next->first != range->second) return;
+    range->second = next->second;
+    ranges_.erase(next);
+  }
+  /// Calls `use` with each place below `size` that was not seen.
+  template <class Use>
+  void each_other(std::size_t size, const Use& use) const {
+    std::size_t place = 0;
+    for (const auto& [first, behind] : ranges_) {
+      for (; place < first; ++place) use(place);
+      place = behind;
+    }
+    for (; place < size; ++place) use(place);
+  }
+
+ private:
+  std::map<std::size_t, std::size_t> ranges_;  // [first, second)
+};
 
 class LogCheck {
  public:
@@ -19,9 +50,7 @@ class LogCheck {
         migration_(migration),
         comparer_(comparer),
         verdict_(verdict),
-        seen_(channels.size()) {
-    for (std::size_t c = 0; c < seen_.size(); ++c) seen_[c].resize(sent.all(int(c)).size());
-  }
+        seen_(channels.size()) {}
 
   void event(const record::Event& e) {
     const int number = channels_.find(e.channel);
@@ -30,7 +59,7 @@ class LogCheck {
     if (!runs::sent_by_node(channel) || !sent_.knows(number)) return;
     const std::optional<runs::Stamp> stamp = runs::stamp_of(e.data);
     const std::optional<std::size_t> position = stamp ? sent_.position(number, stamp->seq) : std::nullopt;
-    const Sent* s = position ? &sent_.all(number)[*position] : nullptr;
+    const Sent* s = position ? &sent_.at_place(number, *position) : nullptr;
     ++verdict_.log_messages;
     if (!s) {
       Finding f = finding(channel, nullptr,
@@ -44,7 +73,7 @@ class LogCheck {
       add(std::move(f));
       return;
     }
-    seen_[std::size_t(number)][*position] = true;
+    if (must_be_logged(channel)) seen_[std::size_t(number)].add(*position);
     const std::span<const std::byte> data = migration_.today(e.data, migrated_);
     if (s->differs || runs::same_bytes(s->bytes, data)) return;
     const auto difference = comparer_.compare(channel, s->bytes, data);
@@ -61,23 +90,28 @@ class LogCheck {
   void missing() {
     for (std::size_t c = 0; c < seen_.size(); ++c) {
       const ChannelInfo& channel = channel_table()[c];
-      if (channel.delivery != Delivery::kReliable || !channel.logged) continue;
-      const std::deque<Sent>& all = sent_.all(int(c));
-      const Sent* first = nullptr;
+      const SentList* all = sent_.all(int(c));
+      if (!must_be_logged(channel) || !all) continue;
+      std::optional<Sent> first;
       std::uint64_t gaps = 0;
-      for (std::size_t n = 0; n < all.size(); ++n)
-        if (!seen_[c][n] && !all[n].cut && !all[n].differs) {
-          if (!first) first = &all[n];
-          ++gaps;
-        }
+      seen_[c].each_other(all->size(), [&](std::size_t n) {
+        const Sent& sent = (*all)[n];
+        if (sent.cut || sent.differs) return;
+        if (!first) first = sent;
+        ++gaps;
+      });
       if (!first) continue;
-      add(finding(channel, first,
+      add(finding(channel, &*first,
                   "log.lcm lacks this" + (gaps > 1 ? " and " + std::to_string(gaps - 1) + " more" : "") +
                       " (`firn log repair` fills it from the write-ahead files)"));
     }
   }
 
  private:
+  static bool must_be_logged(const ChannelInfo& channel) {
+    return channel.delivery == Delivery::kReliable && channel.logged;
+  }
+
   Finding finding(const ChannelInfo& channel, const Sent* s, std::string what) {
     Finding f;
     f.kind = FindingKind::kLog;
@@ -102,7 +136,7 @@ class LogCheck {
   std::vector<std::byte> migrated_;  // the current message; storage used again
   MessageComparer& comparer_;
   RunVerdict& verdict_;
-  std::vector<std::vector<bool>> seen_;  // by channel, by position in SentIndex::all
+  std::vector<SeenPlaces> seen_;  // by channel: positions in SentIndex::all
   std::size_t kept_ = 0;
 };
 
@@ -118,7 +152,6 @@ void check_log(const std::filesystem::path& run, const SentIndex& sent, const ru
   LogCheck check(sent, channels, migration, comparer, verdict);
   while (const auto event = reader.next()) {
     check.event(*event);
-    sent.read(event->data.size());
     file.forget_before(event->offset);
   }
   check.missing();

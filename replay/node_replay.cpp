@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <limits>
+#include <numeric>
 
 #include "files/digest.h"
 #include "files/record/file.h"
@@ -57,7 +59,7 @@ class NodeReplay {
         migration_(migration, maker.name, out_.migrated),
         last_(channels.size()) {
     out_.verdict.name = maker.name;
-    out_.sent.resize(channels.size());
+    out_.sent.assign(channels.size(), SentList(*out_.sent_blocks));
   }
 
   NodeOutcome go() {
@@ -250,11 +252,7 @@ class NodeReplay {
     Last& last = last_[std::size_t(number)];
     const bool restarted = stamp->incarnation > last.incarnation && !runs::sent_by_node(channel);
     if (channel.delivery == Delivery::kReliable && !restarted) {
-      if (stamp->seq > last.seq + 1)
-        out_.gaps.push_back({number, last.seq + 1, stamp->seq - 1,
-                             finding(FindingKind::kMissing,
-                                     "the delivery of " + range(channel.name, last.seq + 1, stamp->seq - 1) +
-                                         " is missing before this step")});
+      if (stamp->seq > last.seq + 1) keep_gap(number, last.seq + 1, stamp->seq - 1);
       if (stamp->seq <= last.seq)
         tell(FindingKind::kOrder, range(channel.name, stamp->seq, stamp->seq) + " was delivered after " +
                                       std::to_string(last.seq));
@@ -264,6 +262,17 @@ class NodeReplay {
     }
     last = {stamp->seq, stamp->incarnation};
     if (runs::sent_by_node(channel)) out_.delivered.push_back({number, stamp->seq, e.bytes, s.step, e.now});
+  }
+
+  void keep_gap(int channel, std::int64_t from, std::int64_t to) {
+    if (out_.gaps.size() == RunVerdict::kKeptPerNode) {
+      ++out_.more_gaps;
+      return;
+    }
+    const std::string what = "the delivery of " +
+                             range(channel_table()[std::size_t(channel)].name, from, to) +
+                             " is missing before this step";
+    out_.gaps.push_back({channel, from, to, finding(FindingKind::kMissing, what)});
   }
 
   static std::string range(std::string_view channel, std::int64_t from, std::int64_t to) {
@@ -425,6 +434,41 @@ class NodeReplay {
 };
 
 }  // namespace
+
+void SentList::push_back(const Sent& sent) {
+  ascending_ = ascending_ && sent.seq > last_;
+  last_ = sent.seq;
+  list_.push_back(sent);
+}
+
+// Sequence numbers count from 1 without gaps, unless the file is damaged.
+std::optional<std::size_t> SentList::position(std::int64_t seq) const {
+  if (seq >= 1 && seq <= std::int64_t(size()) && list_[std::size_t(seq - 1)].seq == seq)
+    return std::size_t(seq - 1);
+  if (!ascending_) {
+    for (std::size_t n = 0; n < size(); ++n)
+      if (list_[n].seq == seq) return n;
+    return std::nullopt;
+  }
+  const std::size_t n = seq > std::numeric_limits<std::int64_t>::min() ? after(seq - 1) : 0;
+  return n < size() && list_[n].seq == seq ? std::optional(n) : std::nullopt;
+}
+
+std::size_t SentList::after(std::int64_t seq) const {
+  std::size_t n = 0, behind = size();
+  if (!ascending_) {
+    while (n < behind && list_[n].seq <= seq) ++n;
+    return n;
+  }
+  while (n < behind) {
+    const std::size_t middle = std::midpoint(n, behind);
+    if (list_[middle].seq <= seq)
+      n = middle + 1;
+    else
+      behind = middle;
+  }
+  return n;
+}
 
 void NodeOutcome::add(Finding finding) {
   ++findings_total;

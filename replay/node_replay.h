@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "files/record/spill.h"
 #include "replay/message_compare.h"
 #include "replay/options.h"
 #include "replay/verdict.h"
@@ -25,6 +26,25 @@ struct Sent {
   Time at;
   bool cut = false;      ///< computed by replay for a step with outputs cut off; perhaps never sent
   bool differs = false;  ///< replay computes other bytes: reported once, for the publisher
+};
+
+/// Holds the messages that a node sent on one channel, in the order of sending. Millions in a long run.
+class SentList {
+ public:
+  explicit SentList(record::Spill& blocks) : list_(blocks) {}
+  void push_back(const Sent& sent);
+  std::size_t size() const { return list_.size(); }
+  /// Returns a message that is valid until the next call. @pre n < size()
+  const Sent& operator[](std::size_t n) const { return list_[n]; }
+  /// Returns the place of the message with this number; nothing if there is none.
+  std::optional<std::size_t> position(std::int64_t seq) const;
+  /// Returns the place of the first message with a larger number; size() if there is none.
+  std::size_t after(std::int64_t seq) const;
+
+ private:
+  record::LongList<Sent> list_;
+  bool ascending_ = true;
+  std::int64_t last_ = 0;
 };
 
 /// Holds a message as it was delivered to a node.
@@ -51,10 +71,14 @@ struct NodeOutcome {
   std::uint64_t findings_total = 0;
   std::vector<DamagedPlace> damage;
   std::vector<std::string> provenance;
-  // Millions in a long run: a vector that grows would hold them three times over for a moment.
-  std::vector<std::deque<Sent>> sent;  ///< by ChannelIndex, in the order of sending
-  std::deque<Delivered> delivered;
-  std::vector<Gap> gaps;  ///< reported by check_deliveries, which has the times of sending
+  std::unique_ptr<record::Spill> sent_blocks =
+      std::make_unique<record::Spill>(record::LongList<Sent>::kBlock_bytes);
+  std::unique_ptr<record::Spill> delivered_blocks =
+      std::make_unique<record::Spill>(record::LongList<Delivered>::kBlock_bytes);
+  std::vector<SentList> sent;  ///< by ChannelIndex
+  record::LongList<Delivered> delivered{*delivered_blocks};
+  std::vector<Gap> gaps;        ///< reported by check_deliveries, which has the times of sending
+  std::uint64_t more_gaps = 0;  ///< behind the first RunVerdict::kKeptPerNode
   std::vector<Ignored> ignored;
   double largest_difference = 0.0;
   std::string largest_difference_field;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <ranges>
 
 namespace firn::record {
 namespace {
@@ -15,6 +16,7 @@ std::filesystem::path index_path(const std::filesystem::path& log) { return log.
 
 EventIndex::EventIndex(std::span<const std::byte> file) {
   RecordReader reader(file);
+  bool sorted = true;
   while (const auto record = reader.next()) {
     if (record->damaged) continue;
     const auto payload = record->payload;
@@ -24,15 +26,25 @@ EventIndex::EventIndex(std::span<const std::byte> file) {
       channels_.insert_or_assign(
           id, std::string(reinterpret_cast<const char*>(payload.data()) + 4, payload.size() - 4));
     } else if (record->kind == kIndexEntriesRecord) {
-      const std::size_t n = payload.size() / sizeof(IndexEntry), before = entries_.size();
-      entries_.resize(before + n);
-      if (n) std::memcpy(entries_.data() + before, payload.data(), n * sizeof(IndexEntry));
+      for (std::size_t at = 0; at + sizeof(IndexEntry) <= payload.size(); at += sizeof(IndexEntry)) {
+        IndexEntry e;
+        std::memcpy(&e, payload.data() + at, sizeof e);
+        sorted = sorted && (entries_.empty() || entries_.back().eventnum <= e.eventnum);
+        entries_.push_back(e);
+      }
     }
   }
-  const auto by_number = [](const IndexEntry& a, const IndexEntry& b) { return a.eventnum < b.eventnum; };
-  if (!std::is_sorted(entries_.begin(), entries_.end(), by_number))
-    std::stable_sort(entries_.begin(), entries_.end(), by_number);
+  if (!sorted) sort();
   damage_ = reader.damage();
+}
+
+// Of an index that was put together of others.
+void EventIndex::sort() {
+  std::vector<IndexEntry> all;
+  for (std::size_t n = 0; n < entries_.size(); ++n) all.push_back(entries_[n]);
+  std::ranges::stable_sort(all, {}, &IndexEntry::eventnum);
+  entries_ = LongList<IndexEntry>(*blocks_);
+  for (const IndexEntry& e : all) entries_.push_back(e);
 }
 
 bool each_entry(const MappedFile& file,
@@ -67,9 +79,10 @@ bool each_entry(const MappedFile& file,
 const IndexEntry* EventIndex::find(std::uint64_t eventnum) const {
   // Numbers count from 0 without gaps unless a block is lost.
   if (eventnum < entries_.size() && entries_[eventnum].eventnum == eventnum) return &entries_[eventnum];
-  const auto it = std::lower_bound(entries_.begin(), entries_.end(), eventnum,
-                                   [](const IndexEntry& e, std::uint64_t n) { return e.eventnum < n; });
-  return it != entries_.end() && it->eventnum == eventnum ? &*it : nullptr;
+  const auto places = std::views::iota(std::size_t{0}, entries_.size());
+  const auto at =
+      std::ranges::lower_bound(places, eventnum, {}, [&](std::size_t n) { return entries_[n].eventnum; });
+  return at != places.end() && entries_[*at].eventnum == eventnum ? &entries_[*at] : nullptr;
 }
 
 std::string_view EventIndex::channel(std::uint32_t id) const {

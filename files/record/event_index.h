@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "files/record/record_file.h"
+#include "files/record/spill.h"
 
 namespace firn::record {
 
@@ -33,22 +35,25 @@ static_assert(sizeof(IndexEntry) == 40);
 /// "<log>.idx"
 std::filesystem::path index_path(const std::filesystem::path& log);
 
-/// The index in memory: 40 bytes per event.
+/// The index of a log; the memory does not grow with it (spill.h). Of one thread at a time.
 class EventIndex {
  public:
   EventIndex() = default;
   /// Accepts any bytes; damaged blocks are omitted (see damage()).
   explicit EventIndex(std::span<const std::byte> index_file);
 
-  /// @returns nullptr if the index does not contain the event.
+  /// @returns an entry that is valid until the next call; nullptr if the index does not contain the event.
   const IndexEntry* find(std::uint64_t eventnum) const;
   /// @returns an empty view for an unknown id.
   std::string_view channel(std::uint32_t id) const;
-  std::span<const IndexEntry> entries() const { return entries_; }  ///< by increasing eventnum
+  const LongList<IndexEntry>& entries() const { return entries_; }  ///< by increasing eventnum
   const DamageList& damage() const { return damage_; }
 
  private:
-  std::vector<IndexEntry> entries_;
+  void sort();
+
+  std::unique_ptr<Spill> blocks_ = std::make_unique<Spill>(LongList<IndexEntry>::kBlock_bytes);
+  LongList<IndexEntry> entries_{*blocks_};
   std::unordered_map<std::uint32_t, std::string> channels_;
   DamageList damage_;
 };

@@ -17,14 +17,11 @@ namespace {
 
 constexpr std::size_t kMinOfFile = std::size_t(32) << 20;
 
-/// @returns an open file of `bytes` without a name, -1 where there is no room for it
-int temporary_file(std::size_t bytes) {
-  const char* folder = ::getenv("TMPDIR");
-  std::string name = std::string(folder && *folder ? folder : "/var/tmp") + "/firn-XXXXXX";
-  const int fd = ::mkostemp(name.data(), O_CLOEXEC);
-  if (fd < 0) return -1;
-  ::unlink(name.c_str());
-  if (::posix_fallocate(fd, 0, off_t(bytes)) == 0) return fd;  // a hole could meet a full disk later
+// Of `bytes`; -1 where there is no room for them.
+int temporary_file_of(std::size_t bytes) {
+  const int fd = temporary_file();
+  if (fd < 0 || ::posix_fallocate(fd, 0, off_t(bytes)) == 0)
+    return fd;  // a hole could meet a full disk later
   ::close(fd);
   return -1;
 }
@@ -42,9 +39,17 @@ void write_all(int fd, std::span<const std::byte> bytes, std::size_t at) {
 
 }  // namespace
 
+int temporary_file() {
+  const char* folder = ::getenv("TMPDIR");
+  std::string name = std::string(folder && *folder ? folder : "/var/tmp") + "/firn-XXXXXX";
+  const int fd = ::mkostemp(name.data(), O_CLOEXEC);
+  if (fd >= 0) ::unlink(name.c_str());
+  return fd;
+}
+
 Pages::Pages(std::size_t bytes, const std::function<std::span<const std::byte>()>& next) : bytes_(bytes) {
   if (bytes == 0) return;
-  const int fd = bytes >= kMinOfFile ? temporary_file(bytes) : -1;
+  const int fd = bytes >= kMinOfFile ? temporary_file_of(bytes) : -1;
   of_file_ = fd >= 0;
   const auto map = [&](int protection, int flags) {
     void* const at = ::mmap(nullptr, bytes, protection, flags, fd, 0);

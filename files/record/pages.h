@@ -29,6 +29,10 @@ class Pages {
   bool of_file_ = false;
 };
 
+/// Returns an open file without a name (in TMPDIR, else /var/tmp), which the caller closes; -1 where none can
+/// be made.
+int temporary_file();
+
 /// Takes whole pages of a mapped file's bytes [from, until) out of the process's memory.
 void forget_pages(std::span<const std::byte> mapped, std::size_t from, std::size_t until);
 

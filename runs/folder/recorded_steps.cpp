@@ -1,8 +1,10 @@
 #include "runs/folder/recorded_steps.h"
 
+#include <functional>
 #include <vector>
 
 #include "files/record/packed.h"
+#include "files/record/pages.h"
 
 namespace firn::runs {
 
@@ -89,6 +91,19 @@ WalFile::Item WalFile::next() {
     trouble_ = e.what();
   }
   return Item::kUnknown;
+}
+
+// A page of a short message brings its neighbours: what is given back goes by places, not by bytes read.
+void WalFile::read_again(std::span<const std::byte> bytes) const {
+  constexpr std::uint64_t kHeld_bytes = std::uint64_t(2) << 20;
+  const std::span<const std::byte> all = map_.bytes();
+  const std::less<const std::byte*> before;
+  if (!map_.of_file() || before(bytes.data(), all.data()) || !before(bytes.data(), all.data() + all.size()))
+    return;
+  const auto at = std::uint64_t(bytes.data() - all.data());
+  if (at >= again_from_ && at < again_from_ + kHeld_bytes) return;
+  if (at > again_from_) record::forget_pages(all, again_from_, at);
+  again_from_ = at;
 }
 
 std::optional<WalHead> first_head(const std::filesystem::path& path) {

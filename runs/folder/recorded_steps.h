@@ -47,8 +47,9 @@ class WalFile {
   std::uint64_t offset() const { return offset_; }
   const record::DamageList& damage() const { return reader_.damage(); }
   std::uint64_t size() const { return map_.bytes().size(); }
-  /// Takes all pages that were read again out of the process's memory; views stay valid.
-  void forget() const { map_.forget(); }
+  /// Tells that bytes of the file are read again, mostly forward: pages before them leave the process's
+  /// memory. Of one thread at a time. @param bytes of a step, or elsewhere
+  void read_again(std::span<const std::byte> bytes) const;
 
  private:
   std::optional<record::Record> take();
@@ -61,6 +62,7 @@ class WalFile {
   RecordedStep step_;
   std::string trouble_;
   std::uint64_t offset_ = 0;
+  mutable std::uint64_t again_from_ = 0;  // what lies before has left memory
 };
 
 /// Returns the head that a write-ahead file begins with; nothing where its first record is another one or

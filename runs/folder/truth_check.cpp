@@ -1,8 +1,11 @@
 #include "runs/folder/truth_check.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "files/record/event_log.h"
+#include "files/record/record_file.h"
 #include "files/run_paths.h"
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/channels.h"
@@ -10,19 +13,35 @@
 #include "plant/record/record.h"
 
 namespace firn::runs {
+namespace {
+
+// Of a long print the droplets would take most of the memory.
+std::vector<plant::TruthRecord> truths_of(const std::filesystem::path& world) {
+  const record::MappedFile file(world);
+  record::RecordReader reader(file.bytes());
+  plant::WorldHistory history;
+  while (const auto record = reader.next()) {
+    const auto kind = plant::RecordKind(record->kind);
+    if (!record->damaged && kind == plant::RecordKind::kTruth) plant::decode(kind, record->payload, history);
+    file.forget_before(record->offset);
+  }
+  return std::move(history.truths);
+}
+
+}  // namespace
 
 TruthCheck check_truth(const std::filesystem::path& run) {
   TruthCheck check;
   const RunPaths paths(run);
   if (!std::filesystem::exists(paths.log_path())) return check;
   std::vector<plant::TruthRecord> told;
-  if (std::filesystem::exists(paths.world_record_path()))
-    told = plant::read_history(paths.world_record_path()).truths;
+  if (std::filesystem::exists(paths.world_record_path())) told = truths_of(paths.world_record_path());
   const record::EventLogFile log(paths.log_path());
   record::EventLogReader reader = log.reader();
   std::size_t next = 0;
   std::int64_t uncompared = 0;
   while (const auto event = reader.next()) {
+    log.forget_before(event->offset);
     if (event->channel != channels::kSimTruth.name) continue;
     if (told.empty()) {
       ++uncompared;

@@ -94,6 +94,7 @@ NOT_RUN = {
     "thesis's chapter 3": "a table: firn reproduce barnett --only slicing",
     "`./firn demo`": "wall time of live prints at once",
     "a long run": "minutes: ./firn bench long_run",
+    "replay of 1,006": "minutes: ./firn bench long_run",
     "packing 142 MB": "of the packing of a long run: ./firn bench long_run --rows print",
     "200 live prints": "hours: tests/bench/random_kills.sh",
     "100 live prints": "hours: tests/bench/random_kills.sh",

@@ -34,7 +34,7 @@ class Bench:
         into = self.folder / name
         cells = self.given.cells
         sets = [f"part.height_mm={layers * LAYER_MM:.4f}", f"process.nozzle_gap_mm={1 + layers * LAYER_MM:.4f}",
-                f"grid.nx={cells}", f"grid.ny={cells}"]
+                f"grid.nx={cells}", f"grid.ny={cells}", f"control.max_layers={2 * layers}"]
         return into, [firn, "print", ROOT / "experiments" / "cylinder.toml", "--bus", "in-process", "--runs", into, "--set",
                       "control.scheme=" + self.given.scheme, *(x for s in sets for x in ("--set", s)), *(["--plain"] if plain else [])]
 

@@ -4,6 +4,7 @@
 #include "replay/print_verdict.h"
 #include "runtime/write_ahead.h"
 #include "tests/replay/damage.h"
+#include "tests/replay/live_bytes.h"
 #include "tests/replay/tiny_run.h"
 
 namespace firn::test {
@@ -34,6 +35,26 @@ TEST_CASE("one thread and many replay to the same verdict") {
   auto a = replay_tiny(run, one), b = replay_tiny(run, many);
   a.wall_ns = b.wall_ns = 0;
   CHECK(replay::to_json(a) == replay::to_json(b));
+}
+
+std::size_t bytes_of_replay(int layers) {
+  const auto run = scratch_folder("long-" + std::to_string(layers));
+  TinyOptions options;
+  options.layers = layers;
+  record_tiny_run(run, options);
+  replay::ReplayOptions alone;
+  alone.threads = 1;
+  bool identical = false;
+  const std::size_t bytes = peak_live_bytes_of([&] { identical = replay_tiny(run, alone).identical(); });
+  REQUIRE(identical);
+  return bytes;
+}
+
+TEST_CASE("the replay of a run that is four times as long holds no more memory") {
+  const std::size_t one = bytes_of_replay(600), two = bytes_of_replay(1200), four = bytes_of_replay(2400);
+  INFO("600, 1200 and 2400 layers: " << one << ", " << two << " and " << four << " bytes");
+  CHECK(double(two) <= 1.05 * double(one));
+  CHECK(double(four) <= 1.05 * double(one));
 }
 
 TEST_CASE("one node can be replayed without the others' files") {

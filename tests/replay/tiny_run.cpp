@@ -274,7 +274,7 @@ void record_tiny_run(const std::filesystem::path& run, const TinyOptions& option
     }
     lab.start(incarnation, now);
     // between two scans nothing is on its way
-    now = incarnation < options.resumes ? now.after_s(1.2) : Time{}.after_s(1000);
+    now = incarnation < options.resumes ? now.after_s(1.2) : Time{}.after_s(100'000);
     lab.run({&last, 1}, now);
   }
   if (log) log->close();

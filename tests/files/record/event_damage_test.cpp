@@ -24,7 +24,7 @@ struct Original {
     write_events(scratch / "log.lcm", samples);
     log = read_bytes(scratch / "log.lcm");
     index = record::EventIndex(read_bytes(scratch / "log.lcm.idx"));
-    for (const record::IndexEntry& e : index.entries()) at.push_back(e.offset);
+    for (std::size_t e = 0; e < index.entries().size(); ++e) at.push_back(index.entries()[e].offset);
     at.push_back(log.size());
   }
   std::size_t touched(std::uint64_t from, std::uint64_t to) const {
