@@ -48,7 +48,7 @@ AutoRule auto_rule(const LabSigns& signs, double droplet_mm, bool has_estimate,
       signs.judged() ? "the " + std::string(kJudgedModelNames[std::size_t(signs.better_model())]) +
                            " predicts best how unlike the cells rise (" +
                            percent_text(signs.explained(signs.better_model())) + "), and "
-                     : "nothing tells against the height-change model yet, and ";
+                     : "the newest layers tell nothing of the models, and ";
   if (has_estimate) return {AutoChoice::kTogether, of_models + noise};
   const double noisy = now == AutoChoice::kSmf ? kAutoQuiet : kAutoNoisy;
   const bool smf = signs.noise_mm() > noisy * droplet_mm;
