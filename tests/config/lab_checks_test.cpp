@@ -73,8 +73,9 @@ TEST_CASE("The Kalman map needs the raw map of one ink, and droplet factors need
 }
 
 TEST_CASE("scheme auto learns the height of droplets itself, and knows no places inside cells") {
-  CHECK_THAT(lab_mistake("control.scheme = \"auto\"\ncontrol.adapt_model = \"on\"\nestimator.droplets = \"on\""),
-             Contains("control.scheme") && Contains("control.adapt_model"));
+  CHECK_THAT(
+      lab_mistake("control.scheme = \"auto\"\ncontrol.adapt_model = \"on\"\nestimator.droplets = \"on\""),
+      Contains("control.scheme") && Contains("control.adapt_model"));
   CHECK_THAT(lab_mistake("control.scheme = \"auto\"\nactuation.offsets = \"x\""),
              Contains("control.scheme") && Contains("actuation.offsets"));
 }
