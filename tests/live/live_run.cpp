@@ -250,9 +250,11 @@ std::string LiveRun::late_stop() const {
 
 int LiveRun::wait_finished() {
   constexpr int kMostLateStops = 3;
+  constexpr double kLoaded_s = 0.01;  // an idle computer wakes a thread within a millisecond
   for (;;) {
     const int status = wait();
-    const std::string why = status == kSafetyStop ? late_stop() : "";
+    const bool loaded = lateness_.longest_s() > kLoaded_s;
+    const std::string why = loaded && status == kSafetyStop ? late_stop() : "";
     if (why.empty() || late_stops_ == kMostLateStops) return status;
     ++late_stops_;
     std::printf("%s: somebody came too late, as on a loaded computer; resumed: %s\n", path().c_str(),

@@ -11,6 +11,7 @@
 
 #include "config/experiment.h"
 #include "print/live/launcher.h"
+#include "tests/support/lateness.h"
 
 namespace firn::test {
 
@@ -58,8 +59,8 @@ class LiveRun {
   std::vector<std::string> processes() const;  ///< names that kill() knows
   /// Waits until the launcher has ended. @returns its exit code, -1 = killed
   int wait();
-  /// The same of a print that must finish. Where it was stopped because somebody came too late, as happens on
-  /// a loaded computer, it is resumed, three times at most.
+  /// The same of a print that must finish. Where it was stopped because somebody came too late, while this
+  /// computer itself let threads wait, it is resumed, three times at most.
   int wait_finished();
   /// How often wait_finished() has resumed it.
   int late_stops() const { return late_stops_; }
@@ -99,6 +100,7 @@ class LiveRun {
   int launcher_ = -1;
   int incarnation_ = -1;
   int late_stops_ = 0;
+  Lateness lateness_;
 };
 
 }  // namespace firn::test
