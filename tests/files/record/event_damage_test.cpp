@@ -7,6 +7,7 @@
 
 #include "tests/files/record/event_samples.h"
 
+using namespace firn;
 using namespace firn::record;
 using namespace firn::test;
 
