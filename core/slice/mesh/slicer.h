@@ -111,8 +111,8 @@ struct Sliced {
   SliceCounts counts;
 };
 
-/// PATHFILTER, then the area where the winding number of the contours is positive. Layers one on the other that
-/// have the same section (same_section.h) have the same region, that of the lowest of them.
+/// PATHFILTER, then the area where the winding number of the contours is positive. Layers one on the other
+/// that have the same section (same_section.h) have the same region, that of the lowest of them.
 Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const SliceOptions& options,
                const ParallelFor& parallel);
 

@@ -177,7 +177,8 @@ TEST_CASE(
   hooks.hook.two_from_layer = 3;
   hooks.hook.last_layer = 6;
   random.seam = SeamPlacement::kRandom;
-  const std::pair<PathOptions, std::uint64_t> cases[] = {{PathOptions{}, 3}, {zigzag, 10}, {hooks, 5}, {random, 10}};
+  const std::pair<PathOptions, std::uint64_t> cases[] = {
+      {PathOptions{}, 3}, {zigzag, 10}, {hooks, 5}, {random, 10}};
   for (const auto& [options, planned] : cases) {
     PathWork work;
     for (std::int32_t n = 1; n <= 10; ++n) {
