@@ -77,7 +77,7 @@ TEST_CASE("scheme auto learns the height of droplets itself, and knows no places
       lab_mistake("control.scheme = \"auto\"\ncontrol.adapt_model = \"on\"\nestimator.droplets = \"on\""),
       Contains("control.scheme") && Contains("control.adapt_model"));
   CHECK_THAT(lab_mistake("control.scheme = \"auto\"\nactuation.offsets = \"x\""),
-             Contains("control.scheme") && Contains("actuation.offsets"));
+             Contains("control.scheme") && Contains("knows places"));
 }
 
 TEST_CASE("Geometry: a mesh goes with the shape mesh alone") {
