@@ -28,8 +28,12 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPause{200};
 constexpr std::chrono::seconds kLook{3};  // at Slurm's queue, and at the folder
-constexpr int kLookShare = 20;            // a look at the folder takes at most this part of the time
+constexpr int kLookShare = 20;            // a look takes at most this part of the time
 constexpr int kMostShards = 10'000;       // over ssh; of Slurm the cluster says
+
+Clock::duration pause_after(Clock::duration look) {
+  return std::max<Clock::duration>(kLook, kLookShare * look);
+}
 
 // A study, and what is asked of it.
 struct Asked {
@@ -96,7 +100,7 @@ bool wait_for(const Asked& a, bool stops, const std::function<bool()>& busy) {
     const auto journal = a.on_record();
     const std::size_t left = std::min(to_do, prints_to_do(a.work, *journal, {}).size());
     progress.printed(to_do - left, stopped_prints(a.work, *journal));
-    next = Clock::now() + std::max<Clock::duration>(kLook, kLookShare * (Clock::now() - began));
+    next = began + pause_after(Clock::now() - began);
   }
   return true;
 }
@@ -126,8 +130,9 @@ RemoteEnd submit_to_slurm(const Asked& a, const std::string& partition) {
   bool busy = true;
   const bool ended = wait_for(a, true, [&] {
     if (Clock::now() < next) return busy;
+    const auto began = Clock::now();
     busy = !slurm.tasks().empty();
-    next = Clock::now() + kLook;
+    next = began + pause_after(Clock::now() - began);
     return busy;
   });
   if (ended) return {true, kOk};

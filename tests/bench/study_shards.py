@@ -78,12 +78,12 @@ class Study:
         return len(filecmp.cmpfiles(self.scratch / "one", self.scratch / out, RESULTS, shallow=False)[0]) == len(RESULTS)
 
 
-def wait_until(holds, what):
+def wait_until(holds, what, pause_s=1):
     end = time.monotonic() + PATIENCE_S
     while not holds():
         if time.monotonic() > end:
             raise RuntimeError(f"{what}: not within {PATIENCE_S} s")
-        time.sleep(1)
+        time.sleep(pause_s)
 
 
 def in_shards(study, shards, _chunk):
@@ -111,7 +111,7 @@ def on_slurm(study, _shards, chunk):
                         cluster.slurm("scontrol", "update", f"JobId={task.split()[0]}", "StartTime=now")
                 return waiting.poll() is not None
 
-            wait_until(over, "the study")
+            wait_until(over, "the study", pause_s=10)  # squeue's time counts too
             if waiting.returncode != 0:
                 raise RuntimeError(f"firn compare --on slurm: exit code {waiting.returncode}")
         finally:

@@ -72,6 +72,13 @@ class OnSlurm(Studied):
         self.compare("alone")
         self.assert_same_results("out", "alone")
 
+    def test_results_of_a_node_that_runs_other_variants_and_gives_equal_results_count_as_one_platform(self):
+        self.cluster.prolog('if [ "$SLURMD_NODENAME" = n2 ]; then echo "export GLIBC_TUNABLES=glibc.cpu.hwcaps=-ERMS"; fi\n')
+        said = self.compare("out", "--on", "slurm", "--chunk", "0.2")
+        self.assertNotIn("give other results", said)
+        self.compare("alone")
+        self.assert_same_results("out", "alone")
+
     def test_a_cancelled_job_leaves_what_it_printed_and_the_next_one_goes_on(self):
         self.compare("out", "--on", "slurm", "--chunk", "0.2", "--detach")
         self.eventually(lambda: self.on_record("out") >= 4, "the first prints")

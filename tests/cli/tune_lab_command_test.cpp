@@ -51,8 +51,9 @@ std::string checked_line(const std::string& text) {
 TEST_CASE("firn tune answers from a print's log, writes its page and holds the promise against prints") {
   const fs::path run = printed_run("tune-lab");
   const fs::path page = run.parent_path() / "tuned.html";
-  const Said said = firn_says({"tune", run.string(), "--keys", "control.smf.ki_star=0.01:1", "--budget",
-                               "300", "--verify", "6", "--json", "-o", page.string()});
+  const Said said =
+      firn_says({"tune", run.string(), "--keys", "control.smf.ki_star=0.01:1", "--budget", "300", "--verify",
+                 "6", "--study", (run.parent_path() / "pairs").string(), "--json", "-o", page.string()});
   CAPTURE(said.out, said.err);
   const Json j = Json::parse(said.out);
   CHECK(j.at("laboratory").at("class") == "droplets");
@@ -68,6 +69,9 @@ TEST_CASE("firn tune answers from a print's log, writes its page and holds the p
   CHECK(said.code == (inside ? 0 : 1));
   CHECK_THAT(file_text(page),
              Contains("</html>") && Contains("control.smf.ki_star") && Contains("plant.flow"));
+  const Json settings = Json::parse(file_text(run.parent_path() / "pairs" / "settings.json"));
+  CHECK(settings.at("keys") == Json{"control.smf.ki_star"});
+  CHECK(settings.at("new").size() == 1);
 }
 
 TEST_CASE(

@@ -13,7 +13,7 @@ using namespace firn::bench;
 
 namespace {
 
-struct Bench {
+struct CaseCalls {
   /// @param words of the command line
   std::optional<std::vector<CaseBench::Result>> run(std::vector<std::string> words) {
     CaseBench bench("imagined", "imagined cases");
@@ -36,7 +36,7 @@ struct Bench {
   int made = 0, code = -1;
 };
 
-std::string told(const std::vector<CaseBench::Result>& results) {
+std::string lines_of(const std::vector<CaseBench::Result>& results) {
   std::string all;
   for (const CaseBench::Result& r : results)
     all += r.text + (r.made ? " made " : " failed ") + r.reason + "\n";
@@ -46,14 +46,14 @@ std::string told(const std::vector<CaseBench::Result>& results) {
 }  // namespace
 
 TEST_CASE("a bench in shards tells what it tells in one piece, and makes each case once") {
-  Bench whole;
+  CaseCalls whole;
   const auto expected = whole.run({});
   REQUIRE(expected);
   CHECK(expected->size() == 10);
   CHECK((*expected)[7].reason == "seed 3 is odd");
   const test::TempFolder folder;
   const std::string out = (folder.path() / "out").string();
-  Bench pieces;
+  CaseCalls pieces;
   for (const char* shard : {"3/3", "1/3", "2/3"}) {
     CHECK_FALSE(pieces.run({"-o", out, "--shard", shard}));
     CHECK(pieces.code == kOk);
@@ -61,7 +61,7 @@ TEST_CASE("a bench in shards tells what it tells in one piece, and makes each ca
   const auto merged = pieces.run({"-o", out});
   REQUIRE(merged);
   CHECK(pieces.made == 10);
-  CHECK(told(*merged) == told(*expected));
+  CHECK(lines_of(*merged) == lines_of(*expected));
   CHECK(pieces.run({"-o", out, "--again"}));
   CHECK(pieces.made == 11);
 }
@@ -69,7 +69,7 @@ TEST_CASE("a bench in shards tells what it tells in one piece, and makes each ca
 TEST_CASE("a bench that makes some cases goes on with the others, and its shards need a folder") {
   const test::TempFolder folder;
   const std::string out = (folder.path() / "out").string();
-  Bench bench;
+  CaseCalls bench;
   CHECK_FALSE(bench.run({"-o", out, "--max", "4"}));
   CHECK(bench.made == 4);
   CHECK(bench.run({"-o", out}));

@@ -130,11 +130,14 @@ class Cluster:
     def kill_node(self, node):
         """As if the computer lost its power: its daemon, the tasks' steps and what they run."""
         stepds, others = [], []
+        own = f"SLURM_CONF={self.folder}/slurm.conf\0".encode()  # another cluster may be at work on this computer
         for process in Path("/proc").iterdir():
             try:
                 environment = (process / "environ").read_bytes()
                 command = (process / "cmdline").read_bytes()
             except OSError:
+                continue
+            if own not in environment:
                 continue
             if b"slurmstepd" in command and (f"SLURMD_NODENAME={node}\0".encode() in environment or f"[{node}]".encode() in command or
                                              self.is_of(process, node)):
