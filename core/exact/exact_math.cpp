@@ -19,7 +19,7 @@ double cbrt(double x) { return low(Sleef_cinz_cbrtd2_u10sse2(_mm_set1_pd(x))); }
 
 double max_with_cbrt(double least, double x) {
   constexpr double kPlainly = 1.0 - 1e-12;  // the cube's roundings and the root's are 1e-15
-  if (!(x > least * least * least * kPlainly)) return least;
+  if (!(x >= least * least * least * kPlainly)) return least;
   const double root = cbrt(x);
   return least < root ? root : least;
 }
