@@ -16,10 +16,10 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-int computed = 0;
+int parts_computed = 0;
 
-void first(Reproduction& to) {
-  ++computed;
+void first_part(Reproduction& to) {
+  ++parts_computed;
   to.note("A <note> with \"quotes\" and a line\nbreak.");
   to.row(ReproduceRow("lu.first.near", "mean error", "um", 1.0 / 3.0)
              .prints(0.334, "p. 1064, Fig. 11", "0.334")
@@ -31,46 +31,46 @@ void first(Reproduction& to) {
   to.beside({"lu.first.own", "of ours alone", "um", -std::numeric_limits<double>::infinity()});
   to.picture({"first", "A caption", "<svg viewBox=\"0 0 1 1\"></svg>"});
 }
-void second(Reproduction& to) {
-  ++computed;
+void second_part(Reproduction& to) {
+  ++parts_computed;
   to.row(ReproduceRow("lu.second.bad", "gamma", "", std::numeric_limits<double>::quiet_NaN())
              .prints(0.6268, "p. 1066, Table I")
              .within(0.01));
 }
-void fails(Reproduction&) {
-  ++computed;
+void failing_part(Reproduction&) {
+  ++parts_computed;
   throw std::runtime_error("no file seed.json");
 }
 
-const std::vector<ReproducePart> kParts{{"lu", "first", "Fig. 1", 200, first},
-                                        {"lu", "second", "Fig. 2", 60, second},
-                                        {"thompson", "third", "Fig. 3", 1, fails}};
+const std::vector<ReproducePart> kShardParts{{"lu", "first", "Fig. 1", 200, first_part},
+                                             {"lu", "second", "Fig. 2", 60, second_part},
+                                             {"thompson", "third", "Fig. 3", 1, failing_part}};
 
-std::string told(const std::vector<PartResult>& results) {
+std::string papers_told(const std::vector<PartResult>& results) {
   return reproduce_table(results) + reproduce_json(results) + reproduce_page(results);
 }
 
 }  // namespace
 
 TEST_CASE("parts of the papers in shards give the tables and the page of one piece, each computed once") {
-  const std::string whole = told(reproduce(ReproduceOptions{}, kParts));
+  const std::string whole = papers_told(reproduce(ReproduceOptions{}, kShardParts));
   for (const int of : {1, 2, 3, 5}) {
     const test::TempFolder folder;
     ReproduceCall call;
     call.study.output = (folder.path() / "out").string();
-    computed = 0;
+    parts_computed = 0;
     int code = -1;
     for (int k = 1; k <= of; ++k) {
       call.study.shard = std::to_string(k) + "/" + std::to_string(of);
-      CHECK_FALSE(reproduce(call, kParts, code));
+      CHECK_FALSE(reproduce(call, kShardParts, code));
       CHECK(code == kOk);
     }
-    CHECK(computed == 3);
+    CHECK(parts_computed == 3);
     call.study.shard.clear();
-    const auto merged = reproduce(call, kParts, code);
+    const auto merged = reproduce(call, kShardParts, code);
     REQUIRE(merged);
-    CHECK(computed == 3);
-    CHECK(told(*merged) == whole);
+    CHECK(parts_computed == 3);
+    CHECK(papers_told(*merged) == whole);
   }
 }
 
@@ -79,14 +79,14 @@ TEST_CASE("a part that cannot be computed is on record with its cause, and is co
   ReproduceCall call;
   call.study.output = (folder.path() / "out").string();
   int code = -1;
-  const auto results = reproduce(call, kParts, code);
+  const auto results = reproduce(call, kShardParts, code);
   REQUIRE(results);
   CHECK(results->at(2).error == "no file seed.json");
   CHECK_FALSE(all_pass(*results));
-  computed = 0;
+  parts_computed = 0;
   call.study.again = true;
-  CHECK(reproduce(call, kParts, code));
-  CHECK(computed == 1);
+  CHECK(reproduce(call, kShardParts, code));
+  CHECK(parts_computed == 1);
 }
 
 TEST_CASE("quick parts and whole ones stand apart in one folder") {
@@ -94,20 +94,20 @@ TEST_CASE("quick parts and whole ones stand apart in one folder") {
   ReproduceCall call;
   call.study.output = (folder.path() / "out").string();
   int code = -1;
-  computed = 0;
-  REQUIRE(reproduce(call, kParts, code));
+  parts_computed = 0;
+  REQUIRE(reproduce(call, kShardParts, code));
   call.what.quick = true;
-  REQUIRE(reproduce(call, kParts, code));
-  CHECK(computed == 6);
+  REQUIRE(reproduce(call, kShardParts, code));
+  CHECK(parts_computed == 6);
 }
 
 TEST_CASE("shards of parts need a folder") {
   ReproduceCall call;
   call.study.shard = "1/2";
   int code = -1;
-  CHECK_THROWS_WITH(reproduce(call, kParts, code), Contains("--shard") && Contains("folder"));
+  CHECK_THROWS_WITH(reproduce(call, kShardParts, code), Contains("--shard") && Contains("folder"));
 }
 
 TEST_CASE("a record that is none of a part is refused with the part's name") {
-  CHECK_THROWS_WITH(part_of("{\"notes\": []}", kParts[0]), Contains("lu.first"));
+  CHECK_THROWS_WITH(part_of("{\"notes\": []}", kShardParts[0]), Contains("lu.first"));
 }

@@ -18,6 +18,7 @@
 #include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
+#include "studies/compare/study_runner.h"
 #include "studies/compare/study_shards.h"
 #include "tests/files/record/scratch.h"
 
