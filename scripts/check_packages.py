@@ -21,7 +21,7 @@ FOUND_BY_CMAKE = {
     "opencv2/core.hpp": "libopencv-core-dev",
     "opencv_${module}": "libopencv-core-dev", "TBB": "libtbb-dev", "polyclipping": "libpolyclipping-dev",
     "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "PNG": "libpng-dev", "EXPAT": "libexpat1-dev", "ZLIB": "zlib1g-dev", "zip": "libzip-dev", "Python3": "python3-dev",
-    "pybind11": "pybind11-dev",
+    "pybind11": "pybind11-dev", "mpi": "libopenmpi-dev", "mpi.h": "libopenmpi-dev",
 }
 FOUND_BY_PREFIX = {"sundials_": "libsundials-dev"}
 
@@ -39,7 +39,7 @@ EVIDENCE = {
     "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>",
     "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzip-dev": r"<zip\.h>", "libzstd-dev": r"<zstd\.h>", "libsqlite3-dev": r"<sqlite3\.h>",
-    "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "libhdf5-hl-100": r"libhdf5_serial_hl\.so\.100", "python3-h5py": r"import h5py", "python3-xarray": r"import xarray", "python3-h5netcdf": r'"h5netcdf"', "python3-netcdf4": r'"netcdf4"', "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
+    "libopenmpi-dev": r"\bmpi\.h\b", "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "libhdf5-hl-100": r"libhdf5_serial_hl\.so\.100", "python3-h5py": r"import h5py", "python3-xarray": r"import xarray", "python3-h5netcdf": r'"h5netcdf"', "python3-netcdf4": r'"netcdf4"', "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
     "python3-matplotlib": r"import matplotlib", "python3-jsonschema": r"import jsonschema", "python3-nbformat": r"import nbformat", "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
     "groff-base": r"\"groff\"", "zsh": r"\"zsh\"", "fish": r"\"fish\"",
     "slurm-wlm": r"slurmctld", "munge": r"munged", "parallel": r"kProgram = \"parallel\"|\"parallel\"", "iproute2": r'"ip", "netns"', "openssh-server": r"\"sshd\"", "openssh-client": r"\"ssh-keygen\"", "rsync": r"\"rsync\"",
@@ -52,8 +52,8 @@ FIND_HEADERS = re.compile(r"^firn_find_headers\(\S+ \S+ ([^\s)]+)", re.M)  # nam
 
 def listed(root):
     lines = (re.sub(r"#.*", "", line).strip() for line in read(root, "scripts/packages.txt").splitlines())
-    names = (line.partition("|")[0] for line in lines if line and not line.startswith("["))
-    return [name for name in names if name != "-"]
+    names = (line.partition("|") for line in lines if line and not line.startswith("["))
+    return [of_13 if of_12 == "-" else of_12 for of_12, _, of_13 in names]
 
 
 def wanted_by_cmake(root):
