@@ -68,6 +68,7 @@ LEFT_OUT = [
     ("docs/ARTIFACT.md", r"replay RUN$", "of a run with a controller in Python from another host"),
     ("docs/packages.md", r"", "tests/release gives them on a machine without a compiler"),
     ("docs/commands/compare.md", r"--on (slurm|ssh)", "a cluster, other computers: tests/cli/engines_test.py brings its own"),
+    ("docs/commands/reproduce.md", r"--on ssh", "other computers: tests/cli/engines_test.py brings its own"),
     ("docs/commands/runs.md", r"sync archive@nas", "another computer: tests/cli/find_test.py brings its own"),
     ("docs/commands/runs.md", r"sync /archive", "a disk of the reader's"),
     ("docs/page.md", r"people remove", "of a person who was added before"),
