@@ -109,10 +109,22 @@ std::filesystem::path results_journal(const std::filesystem::path& folder) {
 
 void take_journals(StudyJournal& journal, const std::filesystem::path& folder,
                    const std::filesystem::path& except) {
-  std::vector<std::filesystem::path> all = shard_journals(folder);
-  if (const auto own = results_journal(folder); std::filesystem::exists(own)) all.insert(all.begin(), own);
-  for (const std::filesystem::path& other : all)
-    if (other != except) journal.take(other);
+  if (const auto own = results_journal(folder); own != except && std::filesystem::exists(own))
+    journal.take(own);
+  std::set<std::filesystem::path> taken{except};
+  for (bool again = true; again;) {
+    again = false;
+    for (const std::filesystem::path& other : shard_journals(folder)) {
+      if (taken.contains(other)) continue;
+      again = true;
+      try {
+        journal.take(other);
+        taken.insert(other);
+      } catch (const UsageError&) {
+        if (std::filesystem::exists(other)) throw;  // else its shard has ended, and has another name now
+      }
+    }
+  }
 }
 
 std::vector<std::filesystem::path> shard_journals(const std::filesystem::path& study_folder) {

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
 #include <set>
+#include <thread>
 
 #include "cli/compare_command.h"
 #include "cli/study_state.h"
@@ -337,6 +339,31 @@ TEST_CASE("the shards to do are those with a print that is not on record", "[sha
     }
     CHECK(shards_to_do(plan, journal, of) == wanted);
   }
+}
+
+TEST_CASE("a shard that ends while the results are read is not missed", "[shards]") {
+  ShardBench b("ends");
+  REQUIRE(b.run("1/2") == kOk);
+  const fs::path ended = shard_journals(b.out()).at(0);
+  fs::path at_work = ended;
+  at_work.replace_extension(".part");
+  std::atomic<bool> over = false;
+  std::thread shard([&] {
+    for (int n = 0; !over; ++n) {
+      fs::rename(n % 2 == 0 ? ended : at_work, n % 2 == 0 ? at_work : ended);
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+  });
+  const StudyPlan plan = b.plan();
+  int found = 0;
+  for (int n = 0; n < 300; ++n) {
+    StudyJournal journal(kShardLab.metrics);
+    take_journals(journal, b.out(), {});
+    found += shards_to_do(plan, journal, 2) == std::vector<int>{2};
+  }
+  over = true;
+  shard.join();
+  CHECK(found == 300);
 }
 
 TEST_CASE("a shard that is none is refused with the text", "[shards]") {
