@@ -12,7 +12,7 @@ namespace firn {
 /// @throws UsageError naming instruments of two computers: their signals meet in one lab
 std::string host_of_calibration(const Experiment& lab);
 
-/// Carries the calibration out at the host. What is asked of a person is asked here.
+/// Carries the calibration out at the host. Questions to a person are asked here.
 /// @param machine text of the ice lab's machine; empty: it has none
 /// @throws calibration::Unidentifiable as the calibration itself; std::runtime_error: the host or an act
 /// failed, and has said why

@@ -50,7 +50,7 @@ std::string part_table(const StudyTable& t, const StudyAnalysis& a, std::size_t 
   return s;
 }
 
-Json summary_json(const statistics::RatioSummary& r) {
+Json summary_json(const report::RatioSummary& r) {
   return {{"pairs", r.pairs},
           {"ratio", real(r.ratio)},
           {"low", real(r.interval.low)},

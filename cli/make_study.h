@@ -1,4 +1,4 @@
-// make_study makes what a study has not on record: here, as one shard, or on other computers. It is the one
+// make_study makes the missing results of a study: here, as one shard, or on other computers. It is the one
 // way in which commands and benches run studies.
 #pragma once
 

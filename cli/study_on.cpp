@@ -35,7 +35,7 @@ Clock::duration pause_after(Clock::duration look) {
   return std::max<Clock::duration>(kLook, kLookShare * look);
 }
 
-// A study, and what is asked of it.
+// A study, and the request about it.
 struct Asked {
   const StudyOptions& options;
   const StudyWork& work;
@@ -89,7 +89,7 @@ std::size_t stopped_prints(const StudyWork& work, const StudyJournal& journal) {
   }));
 }
 
-// Shows what comes in until the engine is idle. @returns false: stopped before, where `stops`
+// Shows the results that come in until the engine is idle. @returns false: stopped before, where `stops`
 bool wait_for(const Asked& a, bool stops, const std::function<bool()>& busy) {
   const std::size_t to_do = a.to_do();
   StudyProgress progress(to_do);

@@ -14,8 +14,8 @@ struct RemoteEnd {
   int code = 0;                ///< of the command, where they cannot
 };
 
-/// Submits what is missing, or joins the job that was submitted before, and waits for it with progress. Once
-/// the call's `stop` is set a job of Slurm goes on by itself, and shards over ssh end.
+/// Submits the missing results, or joins the job that was submitted before, and waits for it with progress.
+/// Once the call's `stop` is set a job of Slurm goes on by itself, and shards over ssh end.
 /// @throws UsageError: an engine that is none, is not installed or does not answer; a host with another build
 RemoteEnd study_on(const StudyOptions& options, const StudyWork& work, const StudyCall& call);
 

@@ -22,7 +22,7 @@ void declare_study(OptionSet& options, StudyOptions& o, const std::string& of) {
   options.flag("--again", o.again, "makes the " + of + " again that stopped before their end, and no others");
   options.flag("--dry-run", o.dry_run,
                "tells " + of + ", hours, bytes and shards of a minute, and makes nothing");
-  options.flag("--status", o.status, "tells what is on record, of each kind and in each shard");
+  options.flag("--status", o.status, "tells the results on record, of each kind and in each shard");
   options
       .option("--platform", o.platform,
               "any: results of platforms whose functions give other results count too")

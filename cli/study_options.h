@@ -13,8 +13,8 @@ struct StudyOptions {
   std::string shard;              ///< "K/N": makes this share alone, into its own journal
   int most = 0;                   ///< > 0: so many now, the rest later
   bool again = false;             ///< those that stopped before their end are made again
-  bool dry_run = false;           ///< tells what is to do, and makes nothing
-  bool status = false;            ///< tells what is on record
+  bool dry_run = false;           ///< tells the work to do, and makes nothing
+  bool status = false;            ///< tells the results on record
   std::string platform = "this";  ///< "any": results of other platforms count too
   std::string on;                 ///< "slurm[:PARTITION]" or "ssh:HOST,HOST"; empty: this computer
   double chunk_s = 60.0;          ///< processor time of a shard that `on` makes
@@ -27,7 +27,7 @@ struct StudyOptions {
   bool any_platform() const { return platform == "any"; }
 };
 
-/// Declares all but `output` and `json`. @param of what is made: "prints"
+/// Declares all but `output` and `json`. @param of the things made: "prints"
 void declare_study(OptionSet& options, StudyOptions& o, const std::string& of);
 
 }  // namespace firn

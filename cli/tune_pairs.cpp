@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 fs::path settings_file(const TuneLabOptions& o) { return fs::path(o.study.output) / "settings.json"; }
 
-// The digest of all that decides the settings: what is asked, of which runs, by which build.
+// The digest of all that decides the settings: the question, the runs, the build.
 std::string question(const TunedRuns& tuned) {
   const TuneLabOptions& o = tuned.options;
   std::string all = study_origin().build + "\n" + digest_of(tuned.start.experiment, tuned.start.inputs);

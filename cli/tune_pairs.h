@@ -14,7 +14,7 @@ namespace firn {
 struct TunedRuns {
   const TuneLabOptions& options;
   const std::vector<tune::RecordedRun>& runs;
-  const tune::RecordedRun& start;  ///< what is printed
+  const tune::RecordedRun& start;  ///< the print that is repeated
   const std::vector<tune::TuneKey>& keys;
 };
 

@@ -8,13 +8,9 @@ if(SUNDIALS_CORE)
   list(APPEND SUNDIALS_LIBRARIES ${SUNDIALS_CORE})
 endif()
 firn_find_headers(SUNDIALS_INCLUDE cvode/cvode.h libsundials-dev)
-# SUNDIALS 6 takes a null pointer where 7 takes the communicator SUN_COMM_NULL: MPI's, if it was compiled with MPI. Nothing here
-# starts MPI.
+# The communicator of SUNDIALS 7 is MPI's, if it was compiled with MPI. Nothing here starts MPI.
 file(STRINGS ${SUNDIALS_INCLUDE}/sundials/sundials_config.h with_mpi REGEX "^#define SUNDIALS_MPI_ENABLED 1")
-set(SUNDIALS_DEFINITIONS "")
-if(NOT SUNDIALS_CORE)
-  set(SUNDIALS_DEFINITIONS SUN_COMM_NULL=0)
-elseif(with_mpi)
+if(with_mpi AND SUNDIALS_CORE)
   find_library(MPI_LIBRARY NAMES mpi libmpi.so.40 REQUIRED)
   find_path(MPI_INCLUDE mpi.h REQUIRED PATHS /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/openmpi/include
     ${FIRN_HEADERS}/libopenmpi-dev/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/openmpi/include)

@@ -56,7 +56,7 @@ void check_stage_travel(const Rules& rules);
 /// such an instrument can do.
 void check_scan_speed(const Rules& rules);
 
-/// Checks what a point laser that the stage moves cannot do. @pre has_point_scan
+/// Checks the limits of a point laser that the stage moves. @pre has_point_scan
 void check_point_scan(const Rules& rules);
 
 void check_inkjet_lab(Rules& rules);

@@ -1,4 +1,4 @@
-// What a point laser that the stage moves cannot do, by key (docs/devices/point_scan.md).
+// The limits of a point laser that the stage moves, by key (docs/devices/point_scan.md).
 #include <cstdio>
 
 #include "config/device_kinds.h"

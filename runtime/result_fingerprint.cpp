@@ -143,9 +143,15 @@ int oscillate(sunrealtype t, N_Vector y, N_Vector rate, void*) {
   return 0;
 }
 
+#ifdef SUN_COMM_NULL
+const auto kAlone = SUN_COMM_NULL;  // SUNDIALS 7
+#else
+constexpr std::nullptr_t kAlone = nullptr;
+#endif
+
 void add_sundials(Fingerprint& to) {
   SUNContext context = nullptr;
-  SUNContext_Create(SUN_COMM_NULL, &context);
+  SUNContext_Create(kAlone, &context);
   const N_Vector y = N_VNew_Serial(2, context);
   N_VConst(0.5, y);
   void* memory = CVodeCreate(CV_ADAMS, context);

@@ -15,7 +15,7 @@ namespace firn {
 /// @returns a file descriptor, or -1
 int open_serial_line(const PortAddress& address, std::string& why);
 
-/// Drops what the line has not sent yet: a stop must not wait behind it.
+/// Drops the bytes that the line has not sent yet: a stop must not wait behind it.
 void drop_unsent(int fd);
 
 /// Returns "process 812 (ModemManager)" for a process that has the file open, this one excepted; empty if

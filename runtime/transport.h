@@ -34,7 +34,7 @@ struct TransportOptions {
   std::int64_t tile_gap_us = 200;      ///< between full tiles, in the mean
   std::size_t burst_bytes = 0;         ///< of tiles that may leave without a gap after a pause
 
-  /// A quarter of what waits for a busy receiver: several senders may speak at the same time.
+  /// A quarter of the bytes that may wait for a busy receiver: several senders may speak at the same time.
   static std::size_t burst_into(std::size_t receive_buffer_bytes) { return receive_buffer_bytes / 4; }
 };
 

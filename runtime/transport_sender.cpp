@@ -109,7 +109,7 @@ std::int64_t TransportSender::gap_us(std::size_t bytes) const {
 }
 
 // The pace is a bucket of burst_bytes that fills as time goes [ITU-T I.371, generic cell rate algorithm]:
-// paced_ready_us_ is the time at which what has left would be through at the pace, or so much before it.
+// paced_ready_us_ is the time at which all bytes sent would be through at the pace, or so much before it.
 bool TransportSender::next(std::int64_t wall_us, Transport::Datagram& out) {
   if (!at_once_.empty()) {
     current_ = std::move(at_once_.front());

@@ -199,7 +199,7 @@ bool PointScan::idle(std::int64_t now_us, Effects& fx) {
       finish(Outcome::kReady, kNoCode, {}, fx);
       return false;
     case Phase::kEnding:
-      // What it answers comes behind the values that it has sent.
+      // Its answer comes behind the values that it has sent.
       if (questions_ == 0 || (questions_ == 1 && scanning_ && std::ssize(mm_) < rows_)) {
         if (questions_ == 1 && now_us < asked_us_ + kLate_us) return false;
         ++questions_;

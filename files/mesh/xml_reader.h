@@ -32,7 +32,7 @@ class XmlAttributes {
 };
 
 /// A handler may read rows itself: hundreds of thousands of empty elements, one behind the other, in an
-/// element that it expects them in. What it leaves goes through expat, which checks it.
+/// element that it expects them in. The rest goes through expat, which checks it.
 class XmlHandler {
  public:
   virtual ~XmlHandler() = default;

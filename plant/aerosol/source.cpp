@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/grid/random.h"
+#include "plant/ode/sun_comm.h"
 
 namespace firn::plant {
 namespace {

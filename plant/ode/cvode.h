@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "plant/ode/sun_comm.h"
+
 namespace firn::plant {
 
 /// The state begins at 0; tolerances are set by its owner.

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "plant/ode/sun_comm.h"
+
 namespace firn::plant {
 
 struct CvodeKrylov {

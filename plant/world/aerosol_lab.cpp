@@ -151,7 +151,7 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
     write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_->triggers(), encoder});
   }
 
-  /// What the head sees with the stage there, into line_. @param number of the measurement of this layer
+  /// The head's view with the stage there, into line_. @param number of the measurement of this layer
   void measure(double stage_x_mm, double stage_y_mm, std::uint32_t number) {
     const ProfilerParams& p = config.profiler;
     const GridSpec& g = config.grid;

@@ -171,7 +171,7 @@ class InkjetLab final : public WorldLab, private Wires {
     return std::abs(shift_mm) < kPlace_mm ? 0.0 : shift_mm;
   }
 
-  /// What the head sees with the stage there, into line_. @param number of the measurement of this layer
+  /// The head's view with the stage there, into line_. @param number of the measurement of this layer
   void measure(double stage_x_mm, double stage_y_mm, std::uint32_t number) {
     const ProfilerParams& p = config.profiler;
     measure_profile(

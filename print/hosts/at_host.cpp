@@ -42,7 +42,7 @@ std::string hex_of(std::string_view text) {
   return hex;
 }
 
-/// @param output takes what it says, if it is not null
+/// @param output takes its words, if it is not null
 /// @param each_turn called every 50 ms until it has ended
 int run_words(std::vector<std::string> words, std::string* output,
               const std::function<void(pid_t)>& each_turn = {}) {
@@ -79,7 +79,7 @@ int run_words(std::vector<std::string> words, std::string* output,
   return WIFEXITED(status) ? WEXITSTATUS(status) : kFailed;
 }
 
-/// Nobody reads what this process says: ssh has gone.
+/// Nobody reads this process's words: ssh has gone.
 bool output_is_closed() {
   pollfd out{STDOUT_FILENO, 0, 0};
   return ::poll(&out, 1, 0) > 0 && (out.revents & (POLLERR | POLLHUP)) != 0;

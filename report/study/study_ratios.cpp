@@ -134,7 +134,7 @@ std::optional<StudyRatios> study_ratios(const StudyTable& t) {
   for (std::size_t part = 0; part < t.parts.size(); ++part)
     for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
       if (arm != out.baseline)
-        out.parts.push_back({arm, part, statistics::ratio_of(log_ratios(t, arm, out.baseline, part))});
+        out.parts.push_back({arm, part, ratio_of(log_ratios(t, arm, out.baseline, part))});
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
     if (arm == out.baseline) continue;
     std::vector<std::vector<double>> groups;
@@ -170,7 +170,7 @@ std::optional<StudyRatios> study_ratios(const StudyTable& t) {
       const std::vector<double> own = log_ratios(t, *out.judged, j.best[half], part, half);
       logs.insert(logs.end(), own.begin(), own.end());
     }
-    j.values = statistics::ratio_of(logs);
+    j.values = ratio_of(logs);
     j.holds = j.values.upper <= out.margin;
     out.judged_parts.push_back(j);
   }
@@ -246,7 +246,7 @@ std::string ratios_section(const StudyTable& t, const StudyRatios& r) {
     body += "</tr>\n";
   }
   s += "<h2>Performance profiles</h2>\n<p class=\"soft\">Share of prints within this factor of the best "
-       "scheme of the same lab [Dolan and Mor&eacute; 2002].</p>\n" +
+       "scheme of the same lab [Dolan and Moré 2002].</p>\n" +
        table_html(head, body);
   head = {"scheme"};
   for (const std::size_t m : r.pareto_metrics) head.push_back(t.metrics[m].name);

@@ -8,7 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/statistics/ratios.h"
+#include "core/statistics/group_means.h"
+#include "report/study/ratio_summary.h"
 #include "report/study/study_analysis.h"
 
 namespace firn::report {
@@ -16,7 +17,7 @@ namespace firn::report {
 /// A scheme against the baseline on one part: geometric mean of the paired ratios.
 struct PartRatio {
   std::size_t arm = 0, part = 0;
-  statistics::RatioSummary values;
+  RatioSummary values;
 };
 
 /// A scheme against the baseline over all parts, each of which counts alike.
@@ -47,7 +48,7 @@ struct ParetoPoint {
 struct JudgedPart {
   std::size_t part = 0;
   std::size_t best[2] = {0, 0};  ///< chosen on the second half for the first, and the other way round
-  statistics::RatioSummary values;
+  RatioSummary values;
   bool holds = false;  ///< the one-sided 95 % bound of the ratio is at most the margin
 };
 

@@ -93,7 +93,7 @@ WalFile::Item WalFile::next() {
   return Item::kUnknown;
 }
 
-// A page of a short message brings its neighbours: what is given back goes by places, not by bytes read.
+// A page of a short message brings its neighbours: pages are given back by places, not by bytes read.
 void WalFile::read_again(std::span<const std::byte> bytes) const {
   constexpr std::uint64_t kHeld_bytes = std::uint64_t(2) << 20;
   const std::span<const std::byte> all = map_.bytes();

@@ -62,7 +62,7 @@ class WalFile {
   RecordedStep step_;
   std::string trouble_;
   std::uint64_t offset_ = 0;
-  mutable std::uint64_t again_from_ = 0;  // what lies before has left memory
+  mutable std::uint64_t again_from_ = 0;  // the pages before have left memory
 };
 
 /// Returns the head that a write-ahead file begins with; nothing where its first record is another one or

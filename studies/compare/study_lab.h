@@ -25,7 +25,7 @@ struct StudyPrint {
   std::vector<report::StudyProfilePoint> profile = {};  ///< of labs that have one
   std::optional<bool> within =
       {};                     ///< the true RMS is at most the tolerance of `firn print`; none: no target
-  std::string document = {};  ///< what is no number: text of the work's own, UTF-8
+  std::string document = {};  ///< text of the work's own, UTF-8
 };
 
 struct MemoryPrintReport;

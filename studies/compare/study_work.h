@@ -1,4 +1,4 @@
-// StudyWork is what the engine of studies makes: independent computations, each known by the digest of all
+// StudyWork is the work of the engine of studies: independent computations, each known by the digest of all
 // that decides its result. A comparison's prints, the parts of the papers, pairs of prints that hold a
 // promise against nature and the cases of a bench are such work: journals, shards, status and other computers
 // serve them alike.
@@ -32,7 +32,8 @@ class StudyWork {
 
   /// Makes one. Several threads may call it; a failure is a result. @throws std::bad_alloc
   virtual StudyPrint make(const StudyCell& cell) const = 0;
-  /// Told before the first is made what will be. @returns true: they tell their progress on stderr themselves
+  /// Told of all of them before the first is made. @returns true: they tell their progress on stderr
+  /// themselves
   virtual bool tells_progress(const std::vector<const StudyCell*>& /*to_make*/) const { return false; }
 };
 
@@ -60,7 +61,7 @@ struct StudyRunSummary {
 std::vector<const StudyCell*> prints_to_do(const StudyWork& work, const StudyJournal& journal,
                                            const StudyRunOptions& options);
 
-/// Makes what is not on record yet, on several threads.
+/// Makes the results that are not on record yet, on several threads.
 /// @throws the journal's exceptions; a print that fails is a result.
 StudyRunSummary run_study(const StudyWork& work, StudyJournal& journal, const StudyRunOptions& options);
 

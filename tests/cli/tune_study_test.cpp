@@ -37,7 +37,7 @@ fs::path small_print(const std::string& name) {
   return {};
 }
 
-// A command whose search is over: the folder remembers what it found.
+// A command whose search is over: the folder remembers its answer.
 struct Searched {
   explicit Searched(const std::string& name) : run(small_print(name)) {
     options.runs = {run.string()};

@@ -1,4 +1,4 @@
-// AutoScheme chooses among the shipped schemes by what the printed layers tell of the lab, and says why.
+// AutoScheme chooses among the shipped schemes by the signs of the printed layers, and says why.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ inline constexpr double kAutoModelLeft = 0.0, kAutoModelTaken = 0.2;
 
 /// Relative scatter of a droplet's height that the estimate and the plan of kTogether assume.
 inline constexpr double kAutoScatter = 0.3;
-/// ControlOptions of a choice: those of the experiment, but for what the choice is.
+/// ControlOptions of a choice: those of the experiment, but for the choice's own.
 ControlOptions auto_options(AutoChoice choice, const ControlOptions& options,
                             const deposition::DropletModel& model);
 

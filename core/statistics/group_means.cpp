@@ -1,4 +1,4 @@
-#include "core/statistics/ratios.h"
+#include "core/statistics/group_means.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,6 @@
 #include "core/grid/random.h"
 #include "core/statistics/distributions.h"
 #include "core/statistics/grouped.h"
-#include "core/statistics/sign_flip.h"
 
 namespace firn::statistics {
 namespace {
@@ -40,19 +39,6 @@ std::vector<std::vector<double>> with_values(std::span<const std::vector<double>
 }
 
 }  // namespace
-
-RatioSummary ratio_of(std::span<const double> logs, const BootstrapOptions& options) {
-  RatioSummary s;
-  s.pairs = logs.size();
-  s.ratio = std::exp(mean(logs));
-  const Interval both = bootstrap_interval(logs, options);
-  s.interval = {std::exp(both.low), std::exp(both.high)};
-  s.p = sign_flip_p(logs);
-  BootstrapOptions one_sided = options;
-  one_sided.confidence = 1.0 - 2.0 * (1.0 - options.confidence);
-  s.upper = std::exp(bootstrap_interval(logs, one_sided).high);
-  return s;
-}
 
 double mean_of_groups(std::span<const std::vector<double>> groups) {
   std::vector<double> means;

@@ -1,5 +1,4 @@
-// Computes ratios of paired values: their geometric mean with an interval, over one group or over groups
-// that are resampled too, and a bound for non-inferiority.
+// Computes means over groups that are resampled too, and their intervals.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +8,6 @@
 #include "core/statistics/bootstrap.h"
 
 namespace firn::statistics {
-
-/// Ratios a / b of pairs, whose logarithms are averaged.
-struct RatioSummary {
-  std::size_t pairs = 0;
-  double ratio = 1.0;  ///< geometric mean; NaN without a pair
-  Interval interval;   ///< of the ratio, BCa; NaN for fewer than two pairs
-  double p = 1.0;      ///< sign-flip test of the logarithms, two-sided
-  double upper = 0.0;  ///< one-sided 95 % bound of the ratio: the upper end of the 90 % BCa interval
-};
-/// @param logs ln(a / b) of each pair, finite
-RatioSummary ratio_of(std::span<const double> logs, const BootstrapOptions& options = {});
 
 /// Hierarchical bootstrap interval of the mean of group means: groups are drawn, then values within each
 /// [Davison and Hinkley, Bootstrap Methods and their Application, 1997, 3.8]. By percentiles, widened for few
