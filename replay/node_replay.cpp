@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <limits>
-#include <numeric>
 
 #include "files/digest.h"
 #include "files/record/file.h"
@@ -455,18 +454,9 @@ std::optional<std::size_t> SentList::position(std::int64_t seq) const {
 }
 
 std::size_t SentList::after(std::int64_t seq) const {
-  std::size_t n = 0, behind = size();
-  if (!ascending_) {
-    while (n < behind && list_[n].seq <= seq) ++n;
-    return n;
-  }
-  while (n < behind) {
-    const std::size_t middle = std::midpoint(n, behind);
-    if (list_[middle].seq <= seq)
-      n = middle + 1;
-    else
-      behind = middle;
-  }
+  if (ascending_) return list_.partition_point([&](const Sent& s) { return s.seq <= seq; });
+  std::size_t n = 0;
+  while (n < size() && list_[n].seq <= seq) ++n;
   return n;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <ranges>
 
 namespace firn::record {
 namespace {
@@ -79,10 +78,8 @@ bool each_entry(const MappedFile& file,
 const IndexEntry* EventIndex::find(std::uint64_t eventnum) const {
   // Numbers count from 0 without gaps unless a block is lost.
   if (eventnum < entries_.size() && entries_[eventnum].eventnum == eventnum) return &entries_[eventnum];
-  const auto places = std::views::iota(std::size_t{0}, entries_.size());
-  const auto at =
-      std::ranges::lower_bound(places, eventnum, {}, [&](std::size_t n) { return entries_[n].eventnum; });
-  return at != places.end() && entries_[*at].eventnum == eventnum ? &entries_[*at] : nullptr;
+  const std::size_t at = entries_.partition_point([&](const IndexEntry& e) { return e.eventnum < eventnum; });
+  return at < entries_.size() && entries_[at].eventnum == eventnum ? &entries_[at] : nullptr;
 }
 
 std::string_view EventIndex::channel(std::uint32_t id) const {

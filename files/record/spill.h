@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <numeric>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -70,6 +71,20 @@ class LongList {
       at_ = block;
     }
     return read_[n % kBlock];
+  }
+  /// Returns the place of the first entry for which `before` is false, by halves; size() if there is none.
+  /// @pre the entries for which it is true come first
+  template <class Before>
+  std::size_t partition_point(const Before& before) const {
+    std::size_t n = 0, behind = size();
+    while (n < behind) {
+      const std::size_t middle = std::midpoint(n, behind);
+      if (before((*this)[middle]))
+        n = middle + 1;
+      else
+        behind = middle;
+    }
+    return n;
   }
 
  private:

@@ -75,8 +75,9 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
 }
 
 int status_of(LiveRun& run) {
-  INFO(run.path());
-  REQUIRE(run.wait_started());
+  const bool started = run.wait_started();
+  INFO(run.path() << "\n" << run.said());
+  REQUIRE(started);
   const int status = run.wait_finished();
   UNSCOPED_INFO(run.said());
   return status;
