@@ -21,7 +21,8 @@ struct StudyEnd {
 };
 
 struct StudyCall {
-  /// Of a shard: the program and its words, without --shard, --threads, --platform; paths are absolute.
+  /// The command of a shard: the program and its words, without --shard, --threads, --platform; paths are
+  /// absolute.
   std::vector<std::string> words;
   /// Called once before something is made, in the study's folder, but not by shards, which begin at one
   /// moment.

@@ -36,7 +36,7 @@ class XmlAttributes {
 class XmlHandler {
  public:
   virtual ~XmlHandler() = default;
-  /// Whether rows may follow here, in the element that has begun last and not ended.
+  /// Returns true if rows may follow here, in the element that has begun last and not ended.
   virtual bool expects_rows() const { return false; }
   /// Reads white space and elements, whole and without a prefix, from the start of `text` on, which stands
   /// between two elements. @returns the number of bytes read; what follows is something else, or cut

@@ -28,7 +28,7 @@ struct LayerSign {
 LayerSign sign_of_layer(const Setup& setup, const HeightMap& before, const DropletPattern& drops,
                         const MaterialMap& materials, const HeightMap& after, int layer, double noise_mm);
 
-/// What the newest kWindow layers tell together.
+/// The signs of the newest kWindow layers together.
 class LabSigns {
  public:
   static constexpr int kWindow = 6;  ///< layers

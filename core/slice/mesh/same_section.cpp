@@ -50,7 +50,8 @@ class Corners {
 
  private:
   geometry::Vec from_last(std::size_t n) const { return to_vec(ring_[n]) - to_vec(ring_[last_]); }
-  // Whether this point, like those since the last corner, is passed by on the way to the one behind it.
+  // Returns true if this point, like those since the last corner, is passed by on the way to the one behind
+  // it.
   bool left_out(std::size_t n) {
     const geometry::Vec here = from_last(n), there = from_last(n + 1 < ring_.size() ? n + 1 : 0);
     cone_.narrow(here);

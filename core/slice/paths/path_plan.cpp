@@ -118,7 +118,7 @@ void plan_measurement(const geometry::Region& region, const PathOptions& options
   append_in_order(lines, {PathKind::kMeasurement, measure.material, false, 0}, options, at, paths);
 }
 
-// Whether a layer has the paths of the one that was planned last, but for its number and height.
+// Returns true for a layer with the paths of the one that was planned last, but for its number and height.
 bool as_before(const LayerRegions& regions, const PathOptions& options, const PathWork& work) {
   const LayerRegions& last = work.last_regions;
   const auto turns = [](const ExtrusionOptions& o) {
