@@ -6,7 +6,7 @@
 
 #include "config/error.h"
 #include "config/study_labs.h"
-#include "files/text_file.h"
+#include "tests/support/temp_folder.h"
 
 using namespace firn;
 
@@ -31,14 +31,10 @@ std::string worlds_refusal(const std::string& text) {
 }
 
 Study study_in(const std::string& worlds, const std::string& rest, const std::string& use) {
-  static int count = 0;
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("worlds" + std::to_string(++count));
-  std::filesystem::create_directories(folder);
-  write_file_atomically(folder / "w.toml", worlds);
-  write_file_atomically(folder / "s.toml", "worlds = \"w.toml\"\nlabs = \"" + use + "\"\n" + rest +
-                                               "[[scheme]]\nname = \"a\"\n");
-  return load_study(folder / "s.toml");
+  const test::TempFolder folder;
+  folder.file("w.toml", worlds);
+  return load_study(folder.file(
+      "s.toml", "worlds = \"w.toml\"\nlabs = \"" + use + "\"\n" + rest + "[[scheme]]\nname = \"a\"\n"));
 }
 
 }  // namespace
