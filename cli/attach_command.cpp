@@ -8,6 +8,7 @@
 #include <string>
 
 #include "cli/option_set.h"
+#include "cli/print_show.h"
 #include "config/labs.h"
 #include "files/exit_codes.h"
 #include "print/interrupt.h"
@@ -39,7 +40,8 @@ void send_keys(KeyReader& keys, OperatorClient& client, PrintProgress& progress)
 // As the print's own terminal shows it.
 void show_result(const runs::RunFolder& run, const LabWords& words) {
   if (const auto result = run.result())
-    fmt::print("{}\n{}{}\n", end_words(*result), result_lines(*result, words), verdict_words(*result, words));
+    fmt::print("{}\n{}{}", end_words(*result), result_lines(*result, words),
+               last_line(*result, words, run.path().string()));
 }
 
 /// Returns the exit code of the print when it ends. Ctrl-C leaves the print running.

@@ -162,7 +162,7 @@ int run_bringup(const Product& product, const BringupOptions& o) {
   } else {
     for (const std::string& node : nodes)
       if (const std::string text = assumptions_text(e, node); !text.empty())
-        fmt::print("{} assumes {}\n", node, text);
+        fmt::print("{}: {}\n", node, text);
     fmt::print("{} ok, {} failed, {} open; {}\n", done, failed, open, file);
   }
   return InterruptGuard::raised() ? kInterrupted : failed > 0 ? kFailed : kOk;

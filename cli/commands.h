@@ -35,6 +35,7 @@ void declare_people(OptionSet& options);
 void declare_plan(OptionSet& options);
 void declare_preview(OptionSet& options);
 void declare_print(OptionSet& options);
+void declare_queue(OptionSet& options);
 void declare_replay(OptionSet& options);
 void declare_report(OptionSet& options);
 void declare_repro(OptionSet& options);

@@ -177,7 +177,7 @@ int run_doctor(const DoctorOptions& options) {
       if (!host_of(e, node).empty()) continue;  // its host looks at it
       checks.push_back(instrument(node, address));
       if (const std::string text = assumptions_text(e, node); !text.empty())
-        checks.push_back({node, true, "assumes " + text, ""});
+        checks.push_back({node, true, text, ""});
     }
   }
   bool well = true;

@@ -169,7 +169,7 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
 
 }  // namespace
 
-int run_print(const Product& product, const PrintOptions& given) {
+PrintEnd carry_out(const Product& product, const PrintOptions& given) {
   PrintOptions options = given;
   const UserConfig user = read_user_config();
   if (options.experiment.empty() == options.resume.empty())
@@ -194,7 +194,7 @@ int run_print(const Product& product, const PrintOptions& given) {
     const auto result = run.result();
     if (result && !runs::can_go_on(*result) && runs::seal_end(run.path(), result->outcome)) {
       fmt::print(stderr, "{}: the end of this run had no seal; it is sealed as found\n", options.resume);
-      return result->status;
+      return {result->status, options.resume, ""};
     }
     if (result && !runs::can_go_on(*result))
       throw UsageError(options.resume + ": this run has finished (" + for_people(result->reason) + ")");
@@ -207,7 +207,7 @@ int run_print(const Product& product, const PrintOptions& given) {
     check_ports(e, options);
     if (options.detach) {
       lock.reset();  // the print takes it, and looks again
-      return detach(run.path(), options);
+      return {detach(run.path(), options), options.resume, ""};
     }
     summary = carry_out_print(product, run, e, options, true, *lock);
   } else {
@@ -244,7 +244,8 @@ int run_print(const Product& product, const PrintOptions& given) {
       PrintOptions again = whole;
       again.overrides.clear();
       again.meta.clear();
-      return detach(make_run_folder(e, inputs, whole).path(), again);
+      const std::filesystem::path run = make_run_folder(e, inputs, whole).path();
+      return {detach(run, again), run.string(), ""};
     }
     summary = print_experiment(product, e, inputs, whole);
   }
@@ -252,7 +253,11 @@ int run_print(const Product& product, const PrintOptions& given) {
   std::fflush(stdout);
   if (!user.notify.empty()) send_notice(user.notify, notice_of(summary));
   pack_print(summary, options);
-  return summary.result.status;
+  return {summary.result.status, summary.folder, last_line(summary.result, summary.words, summary.folder)};
+}
+
+int run_print(const Product& product, const PrintOptions& options) {
+  return carry_out(product, options).code;
 }
 
 void declare_print(OptionSet& options) {

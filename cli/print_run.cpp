@@ -75,7 +75,10 @@ PrintSummary carry_out_print(const Product& product, const runs::RunFolder& run,
     last_layer = m.layer;
     s.node_s = double(m.header.utime_us) * 1e-6;
   };
-  const auto on_warning = [&](const fault_t& f) { progress.note("warning: " + f.node + ": " + f.text); };
+  const auto on_warning = [&](const fault_t& f) {
+    const std::string by = f.node + ": ";
+    progress.note("warning: " + (f.text.starts_with(by) ? "" : by) + f.text);
+  };
   const auto with = [&](auto o) {
     o.lock = &lock;
     o.resume = resume;

@@ -13,6 +13,11 @@
 
 namespace firn {
 
+std::string last_line(const runs::RunResult& result, const LabWords& words, const std::string& folder) {
+  const std::string verdict = runs::verdict_words(result, words);
+  return (verdict.empty() ? "to go on: firn print --resume " + folder : verdict) + "\n";
+}
+
 std::string print_text(const PrintSummary& s) {
   const std::string verdict = verdict_words(s.result, s.words);
   const bool said_below = verdict.find(for_people(s.result.reason)) != verdict.npos;
@@ -21,13 +26,13 @@ std::string print_text(const PrintSummary& s) {
                                  said_below ? "" : " (" + for_people(s.result.reason) + ")");
   text += result_lines(s.result, s.words);
   if (s.rows_lost > 0)
-    text += fmt::format("{} ROWS of the scans were LOST; {} cells of the last map are not measured\n",
-                        s.rows_lost, s.cells_guessed);
+    text += fmt::format("LOST: {} of the scans; {} of the last map not measured\n",
+                        counted(std::uint64_t(s.rows_lost), "row"),
+                        counted(std::uint64_t(s.cells_guessed), "cell"));
   text += fmt::format("{} s of wall time, {} s of node time; run folder {}\n", for_people(s.wall_s),
                       for_people(s.node_s), s.folder);
-  if (!verdict.empty()) return text + verdict + "\n";
-  return text + fmt::format("to go on: {}firn print --resume {}\n",
-                            s.deleted ? "bring the run folder back, then " : "", s.folder);
+  if (s.deleted && verdict.empty()) text += "bring the run folder back first\n";
+  return text + last_line(s.result, s.words, s.folder);
 }
 
 std::string print_json(const PrintSummary& s) {

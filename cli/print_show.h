@@ -7,6 +7,8 @@
 
 namespace firn {
 
+/// Returns the last line of a print: its verdict, or how a print that was stopped goes on.
+std::string last_line(const runs::RunResult& result, const LabWords& words, const std::string& folder);
 std::string print_text(const PrintSummary& summary);
 std::string print_json(const PrintSummary& summary);
 

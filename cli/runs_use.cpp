@@ -55,7 +55,7 @@ int sum_runs_use(const RunsOptions& o) {
   }
   for (const runs::UseSum& s : used.sums) {
     fmt::print("{} ({}): ", s.name, s.port);
-    if (s.of == Of::kInstrument) fmt::print("{} h, ", for_people(s.hours));
+    if (s.of == Of::kInstrument) fmt::print("{}, ", time_for_people(s.hours * kHour_s));
     if (s.volume_mm3 > 0.0 || s.of == Of::kBatch) fmt::print("{} mm^3, ", for_people(s.volume_mm3));
     fmt::print("{} run{}\n", s.runs, s.runs == 1 ? "" : "s");
   }

@@ -1,6 +1,7 @@
 #include "config/assumptions.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "config/fields.h"
 
@@ -28,16 +29,21 @@ std::vector<Assumption> assumptions(const Experiment& experiment, std::string_vi
 
 std::string assumptions_text(const Experiment& experiment, std::string_view node) {
   const auto all = assumptions(experiment, node);
+  static constexpr std::pair<char, const char*> kEvidence[] = {{'C', "by its maker's text or two codebases"},
+                                                               {'S', "by one public source"},
+                                                               {'M', "from memory"},
+                                                               {'P', "chosen here"},
+                                                               {'U', "inferred"}};
   std::string text, without;
-  for (const char mark : std::string_view("CSMPU")) {
+  for (const auto& [mark, evidence] : kEvidence) {
     const auto n = std::ranges::count(all, mark, &Assumption::mark);
-    if (n > 0) text += (text.empty() ? "" : ", ") + std::to_string(n) + " [" + std::string(1, mark) + "]";
+    if (n > 0) text += (text.empty() ? "" : ", ") + std::to_string(n) + " " + evidence + " [" + mark + "]";
   }
   for (const Assumption& a : all)
     if (unproven(a.mark))
       without +=
-          (without.empty() ? ": " : ", ") + a.key + " = " + a.value + " [" + std::string(1, a.mark) + "]";
-  return text + without;
+          (without.empty() ? "; to check on yours: " : ", ") + a.key + " = " + a.value + " [" + a.mark + "]";
+  return text.empty() ? text : "settings of its protocol: " + text + without;
 }
 
 }  // namespace firn

@@ -24,8 +24,9 @@ bool unproven(char mark);
 /// Returns the marked keys of an instrument, [NODE] and [devices.NODE.dialect], in the order of the table.
 std::vector<Assumption> assumptions(const Experiment& experiment, std::string_view node);
 
-/// Returns "18 [C], 12 [S], 3 [P]: max_abs_v = 100, …": how many of each mark, and those without evidence.
-/// Empty for an instrument without marked keys.
+/// Returns "settings of its protocol: 18 by its maker's text or two codebases [C], 3 chosen here [P]; to
+/// check on yours: max_abs_v = 100 [P], …": how many of each mark, and those without evidence. Empty for an
+/// instrument without marked keys.
 std::string assumptions_text(const Experiment& experiment, std::string_view node);
 
 }  // namespace firn

@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 constexpr double kProgressUm = 1e3;  // per mm
 
 /// No estimate is good to a part of a second.
-static std::string eta_text(double left_s) { return fmt::format("  ETA {:.0f} s", std::ceil(left_s)); }
+static std::string eta_text(double left_s) { return "  ETA " + time_for_people(std::ceil(left_s)); }
 
 ProgressLine::ProgressLine(const Pauses& pauses) : pauses_(pauses), terminal_(isatty(STDERR_FILENO) != 0) {}
 
@@ -108,7 +108,7 @@ std::string layer_text(const std::string& title, const LabWords& words, const la
   const bool told = heights_told(m);
   std::string text = layer + (told ? fmt::format("  RMS {:>9}", words.length(m.rms_mm * kProgressUm))
                                    : "  heights not measured");
-  if (m.rows_lost > 0) text += fmt::format("  {} ROWS LOST", m.rows_lost);
+  if (m.rows_lost > 0) text += fmt::format("  {} LOST", counted(std::uint64_t(m.rows_lost), "row"));
   const auto fits = [&](const std::string& more) {
     return int((front + text + middle + left + more).size()) < columns;
   };

@@ -41,6 +41,14 @@ std::string for_people(double value) {
   return s == "-0" ? "0" : s;
 }
 
+std::string time_for_people(double s) {
+  constexpr double kMostSeconds = 120.0, kMinute_s = 60.0;
+  if (!std::isfinite(s) || std::abs(s) < 10.0) return for_people(s) + " s";
+  if (std::abs(s) < kMostSeconds) return for_people(std::round(s)) + " s";
+  if (std::abs(s) < 2.0 * kHour_s) return for_people(std::round(s / kMinute_s)) + " min";
+  return for_people(std::round(s / kHour_s * 10.0) / 10.0) + " h";
+}
+
 std::string grouped(std::uint64_t n) { return thousands_apart(std::to_string(n)); }
 
 std::string counted(std::uint64_t n, std::string_view one, std::string_view many) {

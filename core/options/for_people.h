@@ -8,10 +8,16 @@
 
 namespace firn {
 
+inline constexpr double kHour_s = 3600.0;
+
 /// Returns a number in three significant digits, a number from 1000 on in whole ones with its thousands
 /// apart: "7.5", "0.00512", "1,234,568"; "-" for a number that is none. Zeros behind the last digit are left
 /// out.
 std::string for_people(double value);
+
+/// Returns a time in the unit that people give it in: "0.35 s", "41 s", "12 min", "2.5 h".
+/// @param s [s]
+std::string time_for_people(double s);
 
 /// Returns a number of things with its thousands apart: "12,345".
 std::string grouped(std::uint64_t n);

@@ -29,7 +29,7 @@ void Camera::begin(Op op, const Sweep& sweep, Effects& fx) {
   if (busy())
     why = "the camera is busy with another command";
   else if (phase_ != Phase::kReady)
-    why = std::string("the camera is ") + standing(state());
+    why = std::string("the camera is ") + standing();
   const bool ready = why.empty();
   if (ready) why = refusal_of(sweep, op == Op::kSweep);
   if (!why.empty()) {

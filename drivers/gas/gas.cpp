@@ -60,8 +60,7 @@ void Gas::set(double atomizer_sccm, double sheath_sccm, std::int64_t now_us, Eff
   std::string why = refusal_of(atomizer_sccm, sheath_sccm);
   std::int32_t code = kGas;
   if (busy() || phase_ != Phase::kReady) {
-    why = busy() ? "the gas is busy with another command"
-                 : std::string("the gas is ") + drivers::standing(state());
+    why = busy() ? "the gas is busy with another command" : std::string("the gas is ") + standing();
     code = kNoCode;
   }
   if (!why.empty()) {

@@ -29,8 +29,7 @@ void Heater::set(const std::array<double, 3>& celsius, std::int64_t now_us, Effe
   std::string why = refusal_of(celsius);
   std::int32_t code = kLimit;
   if (busy() || phase_ != Phase::kReady) {
-    why = busy() ? "the heater is busy with another command"
-                 : std::string("the heater is ") + drivers::standing(state());
+    why = busy() ? "the heater is busy with another command" : std::string("the heater is ") + standing();
     code = kNoCode;
   }
   if (!why.empty()) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <string>
 
 namespace firn::drivers {
 
@@ -172,8 +173,8 @@ void Jet::begin_waveform(const jetdrive::Waveform& waveform, Effects& fx) {
   if (!broken.empty()) {
     refuse_service(kJetLimit, broken.text, fx, broken.figure);
   } else if (busy() || phase_ != Phase::kReady) {
-    refuse_service(kJetLimit,
-                   std::string("the waveform is never changed while the jet is ") + standing(state()), fx);
+    refuse_service(kJetLimit, std::string("the waveform is never changed while the jet is ") + standing(),
+                   fx);
   } else {
     op_ = Op::kWaveform;
     phase_ = Phase::kWaveform;
@@ -241,7 +242,8 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
   if (phase_ == Phase::kAsking)
     return r.acknowledged ? firmware_runs(r.status & config_.dialect.source_bit, now_us) : start_firmware();
   if (!r.acknowledged) {
-    const std::string why = "the jet refuses " + name_of(request);
+    const std::string why =
+        "the jet refuses " + name_of(request) + " (status " + std::to_string(r.status) + ")";
     fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? Severity::kStop : Severity::kWarning,
           kCommandRejected, "jet: " + why, fx);
     if (phase_ == Phase::kSetup) asks_left_ = 0;

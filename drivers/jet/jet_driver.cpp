@@ -49,8 +49,7 @@ void JetDriver::jet(std::int64_t now_us, Effects& fx) {
 bool JetDriver::accepts(bool ready, Effects& fx) const {
   if (!busy() && ready) return true;
   refuse_service(
-      kNoCode,
-      busy() ? "the jet is busy with another command" : std::string("the jet is ") + standing(state()), fx);
+      kNoCode, busy() ? "the jet is busy with another command" : std::string("the jet is ") + standing(), fx);
   return false;
 }
 

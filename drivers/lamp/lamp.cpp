@@ -48,7 +48,7 @@ void Lamp::begin_exposure(double exposure_s, int iris_percent, std::int64_t now_
   std::string why = exposure_refusal(exposure_s, iris_percent, config_);
   std::int32_t code = kLimit;
   if (busy() || phase_ != Phase::kReady) {
-    why = std::string("the lamp is ") + (busy() ? "busy with another command" : standing(state()));
+    why = std::string("the lamp is ") + (busy() ? "busy with another command" : standing());
     code = kNoCode;
   } else if (!barred_.empty()) {
     why = barred_;

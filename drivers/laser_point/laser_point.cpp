@@ -74,7 +74,7 @@ bool LaserPoint::accept(bool armed_too, Effects& fx) {
     return false;
   }
   if (phase_ != Phase::kReady && !(armed_too && phase_ == Phase::kArmed)) {
-    refuse(kNoCode, std::string("the laser is ") + standing(state()), fx);
+    refuse(kNoCode, std::string("the laser is ") + standing(), fx);
     return false;
   }
   return true;

@@ -32,9 +32,9 @@ void LaserProfiler::finish(Outcome outcome, std::int32_t code, std::string text,
 
 void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
   if (busy() || phase_ != Phase::kReady) {
-    fx.events.emplace_back(Result{Outcome::kRefused, -1, rows, 0, 0, kNoCode,
-                                  busy() ? "the profiler is busy with another command"
-                                         : std::string("the profiler is ") + standing(state())});
+    fx.events.emplace_back(Result{
+        Outcome::kRefused, -1, rows, 0, 0, kNoCode,
+        busy() ? "the profiler is busy with another command" : std::string("the profiler is ") + standing()});
   } else if (rows < 1 || rows > 1'000'000) {
     fx.events.emplace_back(
         Result{Outcome::kRefused, -1, rows, 0, 0, kLimit, "a scan of " + std::to_string(rows) + " rows"});
@@ -52,9 +52,9 @@ void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
 
 void LaserProfiler::end(std::int64_t now_us, Effects& fx) {
   if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) {
-    fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, kNoCode,
-                                  busy() ? "the profiler is busy with another command"
-                                         : std::string("the profiler is ") + standing(state())});
+    fx.events.emplace_back(Result{
+        Outcome::kRefused, -1, 0, 0, 0, kNoCode,
+        busy() ? "the profiler is busy with another command" : std::string("the profiler is ") + standing()});
   } else {
     op_ = Op::kEnd;
     phase_ = Phase::kEnding;

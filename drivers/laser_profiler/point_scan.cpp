@@ -73,8 +73,7 @@ void PointScan::finish(Outcome outcome, std::int32_t code, std::string text, Eff
 bool PointScan::accepts(bool armed_too, int rows, Effects& fx) {
   if (!busy() && (phase_ == Phase::kReady || (armed_too && phase_ == Phase::kArmed))) return true;
   refuse(rows, kNoCode,
-         busy() ? "the laser is busy with another command" : std::string("the laser is ") + standing(state()),
-         fx);
+         busy() ? "the laser is busy with another command" : std::string("the laser is ") + standing(), fx);
   return false;
 }
 

@@ -25,8 +25,16 @@ void Driver::went_down(std::int64_t now_us, Effects& fx, std::string_view why) {
     end_service(service_->acts() ? Outcome::kUnknown : Outcome::kFailed, kLinkLost, std::string(why), fx);
   ending_tell_ = nullptr;
   lost(now_us, fx);
+  if (lost_why_.empty() && state_ >= DeviceState::kSafe) lost_why_ = why;
   set_state(DeviceState::kDisconnected, why, fx);
   if (reopen_at_us_ == 0) reopen_at_us_ = now_us + backoff_us_;
+}
+
+std::string Driver::standing() const {
+  const std::string now = drivers::standing(state_);
+  if (state_ >= DeviceState::kSafe || lost_why_.empty()) return now;
+  const bool away = state_ == DeviceState::kDisconnected;
+  return now + (away ? " (" : ", since its connection was lost (") + lost_why_ + ")";
 }
 
 void Driver::reconnect(std::int64_t now_us, Effects& fx, std::string_view why) { went_down(now_us, fx, why); }
@@ -127,6 +135,7 @@ void Driver::set_state(DeviceState state, std::string_view text, Effects& fx) {
   }
   if (state_ == state) return;
   state_ = state;
+  if (state >= DeviceState::kSafe) lost_why_.clear();
   fx.events.emplace_back(StateChange{state, std::string(text)});
 }
 

@@ -41,6 +41,9 @@ class Driver {
   void serve(std::string_view verb, std::span<const double> values, std::int64_t now_us, Effects& fx);
 
   DeviceState state() const { return state_; }
+  /// Returns the state as a sentence says it: (the jet is) "not identified yet"; after a loss with its cause:
+  /// "disconnected (port closed)", "not identified yet, since its connection was lost (port closed)".
+  std::string standing() const;
   const std::string& identity() const { return identity_; }  ///< as the instrument gave it
   /// A good reply of the instrument has come since the port was opened.
   virtual bool answered() const { return answered_; }
@@ -107,6 +110,7 @@ class Driver {
   DeviceState state_ = DeviceState::kDisconnected;
   DeviceState before_suspect_ = DeviceState::kDisconnected;
   bool answered_ = false;
+  std::string lost_why_;  // of a connection that served, and is not there again yet
   std::int64_t reopen_at_us_ = 0;
   std::int64_t backoff_us_ = kFirstBackoff;
 

@@ -13,7 +13,7 @@ void Driver::serve(std::string_view verb, std::span<const double> values, std::i
   } else if (busy() || service_) {
     refuse_service(kNoCode, "it is busy with another order", fx);
   } else if (!safe()) {
-    refuse_service(kNoCode, std::string("it is ") + standing(state()), fx);
+    refuse_service(kNoCode, std::string("it is ") + standing(), fx);
   } else {
     service(verb, values, now_us, fx);
   }

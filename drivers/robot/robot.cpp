@@ -122,7 +122,7 @@ bool Robot::accept(Op op, Effects& fx) {
   }
   if (op == Op::kHome && phase_ == Phase::kDead && link_.idle()) return true;  // the operator's reset
   if (phase_ != Phase::kReady) {
-    refuse(kNoCode, std::string("the robot is ") + standing(state()), fx);
+    refuse(kNoCode, std::string("the robot is ") + standing(), fx);
     return false;
   }
   if ((op == Op::kRun || op == Op::kMove) && !(status_.power && status_.calibrated)) {

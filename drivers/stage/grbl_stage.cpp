@@ -33,7 +33,7 @@ bool GrblStage::accepts(Op op, Effects& fx) {
   }
   if (op == Op::kHome && phase_ == Phase::kDead && link_.idle()) return true;  // the operator's reset
   if (phase_ != Phase::kReady) {
-    refuse(kNoCode, std::string("the stage is ") + standing(state()), fx);
+    refuse(kNoCode, std::string("the stage is ") + standing(), fx);
     return false;
   }
   if (op != Op::kHome && !homed_) {

@@ -105,7 +105,7 @@ bool Stage::accept(Op op, Effects& fx) {
   }
   if (op == Op::kHome && phase_ == Phase::kDead && link_.idle()) return true;  // the operator's reset
   if (phase_ != Phase::kReady) {
-    refuse(kNoCode, std::string("the stage is ") + standing(state()), fx);
+    refuse(kNoCode, std::string("the stage is ") + standing(), fx);
     return false;
   }
   return true;

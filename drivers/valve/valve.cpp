@@ -103,7 +103,7 @@ bool Valve::accept(std::initializer_list<Phase> phases, Effects& fx) {
     return false;
   }
   if (std::find(phases.begin(), phases.end(), phase_) == phases.end()) {
-    refuse(kNoCode, name_ + " is " + drivers::standing(state()), fx);
+    refuse(kNoCode, name_ + " is " + standing(), fx);
     return false;
   }
   return true;

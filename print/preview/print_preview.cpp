@@ -236,12 +236,6 @@ PrintPreview of_lines(const Experiment& e, const Blobs& inputs) {
   return p;
 }
 
-std::string duration(double s) {
-  return s < 120.0    ? fmt::format("{:.0f} s", s)
-         : s < 7200.0 ? fmt::format("{:.0f} min", s / 60.0)
-                      : fmt::format("{:.1f} h", s / 3600.0);
-}
-
 }  // namespace
 
 PrintPreview preview_print(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
@@ -264,8 +258,9 @@ std::string preview_text(const PrintPreview& p) {
   std::string text = fmt::format("{} on {} x {} cells of {} x {} mm, {} of the part\n",
                                  runs::part_words({p.part, p.size_mm}), p.grid.nx, p.grid.ny,
                                  for_people(p.grid.pitch_x_mm), for_people(p.grid.pitch_y_mm), p.cells);
-  text += fmt::format("about {} layers, {} {}, {}{}", p.layers, for_people(double(p.amount)), p.amount_name,
-                      duration(p.time_s), p.simulated.empty() ? "" : " (" + p.simulated + ", simulated)");
+  text +=
+      fmt::format("about {} layers, {} {}, {}{}", p.layers, for_people(double(p.amount)), p.amount_name,
+                  time_for_people(p.time_s), p.simulated.empty() ? "" : " (" + p.simulated + ", simulated)");
   for (const auto& [name, mm3] : p.materials) text += fmt::format("; {} mm^3 of {}", for_people(mm3), name);
   text += '\n';
   for (const std::string& r : p.remarks) text += "remark: " + r + '\n';

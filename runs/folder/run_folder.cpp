@@ -16,6 +16,7 @@
 #include "files/json.h"
 #include "files/record/file.h"
 #include "files/usage_error.h"
+#include "files/utc_time.h"
 #include "firn/enums.h"
 #include "lcmtypes/schema.h"
 #include "runs/folder/documents.h"
@@ -35,15 +36,6 @@ namespace {
   throw UsageError(path.string() + ": " + what);
 }
 
-std::string utc_now(const char* format) {
-  const std::time_t t = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm tm{};
-  gmtime_r(&t, &tm);
-  char text[64];
-  std::strftime(text, sizeof text, format, &tm);
-  return text;
-}
-
 nlohmann::ordered_json provenance_of(const Experiment& e, std::int64_t run_id, const std::string& origin,
                                      const Blobs& inputs, const std::vector<std::string>& command_line,
                                      const Fingerprint& results, const Meta& meta) {
@@ -53,7 +45,7 @@ nlohmann::ordered_json provenance_of(const Experiment& e, std::int64_t run_id, c
   j["run_id"] = run_id;
   j["origin"] = origin;
   j["name"] = e.run.name;
-  j["started_utc"] = utc_now("%Y-%m-%dT%H:%M:%SZ");
+  j["started_utc"] = utc_now();
   j["host"] = host.nodename;
   for (const MetaEntry& m : meta) std::visit([&](const auto& value) { j["meta"][m.key] = value; }, m.value);
   j["version"] = build_version();

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
-#include <ctime>
 #include <utility>
 #include <vector>
 
@@ -16,6 +14,7 @@
 #include "files/record/file.h"
 #include "files/run_paths.h"
 #include "files/usage_error.h"
+#include "files/utc_time.h"
 #include "runs/folder/run_folder.h"
 #include "runs/folder/running.h"
 #include "runs/folder/trial_files.h"
@@ -101,15 +100,6 @@ std::string command_line() {
 std::string host_name() {
   std::array<char, 65> name{};
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
-}
-
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm tm{};
-  gmtime_r(&now, &tm);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &tm);
-  return text.data();
 }
 
 // Lines: use, pid, host, since, command.

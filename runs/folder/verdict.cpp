@@ -59,7 +59,8 @@ std::string use_words(const PrintUse& use, const LabWords& lab) {
   if (use.amount == 0 && use.volume_mm3 == 0.0) return "";
   std::string hours;
   for (const auto& [node, i] : use.instruments)
-    if (i.hours > 0.0) hours += (hours.empty() ? "; " : ", ") + node + " " + for_people(i.hours) + " h";
+    if (i.hours > 0.0)
+      hours += (hours.empty() ? "; " : ", ") + node + " " + time_for_people(i.hours * kHour_s);
   return for_people(use.volume_mm3) + " mm^3 in " + std::to_string(use.amount) + " " +
          std::string(lab.amount) + hours;
 }

@@ -131,7 +131,7 @@ std::optional<bool> within_tolerance(const fs::path& run, const runs::RunFolder&
   if (is_imported(run)) return std::nullopt;
   const Experiment e =
       parse_recorded_experiment(folder.experiment_toml(), RunPaths(run).experiment_path().string());
-  const double limit_um = print_lab(full_product(), e).tolerance_um(e);
+  const double limit_um = tolerance_of_part_um(e);
   return limit_um > 0.0 ? std::optional(rms_um <= limit_um) : std::nullopt;
 }
 

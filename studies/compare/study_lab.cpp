@@ -203,6 +203,16 @@ void add_edge_bound(const Experiment& e, const Blobs& inputs, double mean_abs_mm
                          mean_abs_mm);
 }
 
+}  // namespace
+
+double tolerance_of_part_um(const Experiment& experiment) {
+  Experiment e = experiment;
+  e.control.open_loop.layers = 0;
+  return print_lab(full_product(), e).tolerance_um(e);
+}
+
+namespace {
+
 StudyPrint print_once(const Experiment& e, const Blobs& inputs, bool edge_bound) {
   const bool paths = prints_paths(e), lines = prints_lines(e);
   StudyPrint p;
@@ -217,7 +227,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs, bool edge_bound)
     p.reason = r.result.reason;
     p.metrics = study_metrics(e, r);
     if (edge_bound && r.error.cells > 0) add_edge_bound(e, inputs, r.error.mean_abs_mm, p.metrics);
-    const double tolerance_um = print_lab(full_product(), e).tolerance_um(e);
+    const double tolerance_um = tolerance_of_part_um(e);
     if (r.result.outcome == "out of tolerance")
       p.within = false;
     else if (tolerance_um > 0.0 && r.error.cells > 0)

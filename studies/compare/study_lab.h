@@ -23,9 +23,8 @@ struct StudyPrint {
   std::vector<double> metrics;
   double cpu_s = 0.0;                                   ///< differs from run to run
   std::vector<report::StudyProfilePoint> profile = {};  ///< of labs that have one
-  std::optional<bool> within =
-      {};                     ///< the true RMS is at most the tolerance of `firn print`; none: no target
-  std::string document = {};  ///< text of the work's own, UTF-8
+  std::optional<bool> within = {};  ///< the true RMS is at most tolerance_of_part_um; none: no target
+  std::string document = {};        ///< text of the work's own, UTF-8
 };
 
 struct MemoryPrintReport;
@@ -53,6 +52,11 @@ const StudyLab& ice_study_lab();
 
 /// The aerosol lab: section, height and width of the true lines, their ends.
 const StudyLab& aerosol_study_lab();
+
+/// Returns the RMS error above which a print of a study is out of tolerance [um]; 0: it prints towards no
+/// target. A study sets the part for all of its schemes, also for one that is given its number of layers:
+/// that is judged here, and not by `firn print`.
+double tolerance_of_part_um(const Experiment& experiment);
 
 /// Returns the lab of an experiment.
 const StudyLab& study_lab_of(const Experiment& experiment);

@@ -104,7 +104,7 @@ class Use(unittest.TestCase):
     def test_the_result_of_a_print_says_what_it_used(self):
         said = subprocess.run([FIRN, "print", self.plain, "--bus", "in-process", "--runs", self.place / "more", "--meta", "operator=Kim"],
                               capture_output=True, text=True, check=True).stdout
-        self.assertRegex(said, r"used: \S+ mm\^3 in \d+ droplets; jet \S+ h, lamp \S+ h, laser_profiler \S+ h, stage \S+ h")
+        self.assertRegex(said, r"used: \S+ mm\^3 in \d+ droplets; jet \S+ s, lamp \S+ s, laser_profiler \S+ s, stage \S+ s")
         page = self.place / "report.html"
         subprocess.run([FIRN, "report", self.first, "-o", page], check=True, capture_output=True)
         self.assertRegex(page.read_text(), r"used</t[dh]>.*mm\^3 in \d+ droplets")

@@ -227,3 +227,30 @@ TEST_CASE("a valve spits the number of pulses that a person asks for", "[service
   REQUIRE(rig.record.history.firings.size() == 2);
   CHECK(rig.record.history.firings[1].fired < 25);
 }
+
+TEST_CASE("an instrument whose line breaks tells every refused order of the loss until it is there again",
+          "[service]") {
+  const auto check = [](auto& rig, const std::string& port) {
+    CAPTURE(port);
+    rig.start();
+    rig.world.inject({port, plant::FaultKind::kClose, 1, 0}, rig.now_us);
+    REQUIRE(rig.run([&] { return !rig.driver(port).safe(); }, 5.0));
+    int asked = 0;
+    for (; !rig.driver(port).safe() && asked < 1000; ++asked) {
+      const Result r = serve(rig, port, "no such verb");
+      if (!rig.driver(port).safe()) CHECK_THAT(r.text, Contains("(port closed)"));
+      rig.run_for(0.05);
+    }
+    CHECK(asked > 1);
+    CHECK(rig.driver(port).safe());
+    CHECK_THAT(serve(rig, port, "no such verb").text, !Contains("closed"));
+  };
+  for (const char* port : {"stage", "jet", "laser_profiler", "lamp"}) {
+    WorldRig rig(WorldRig::small_world(6, 4));
+    check(rig, port);
+  }
+  for (const char* port : {"robot", "valve_a", "laser_point", "heater"}) {
+    IceRig rig;
+    check(rig, port);
+  }
+}

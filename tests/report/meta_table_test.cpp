@@ -27,7 +27,7 @@ TEST_CASE("a report without anything to tell of what was printed has no such par
 TEST_CASE("a report says what each run used, with the hours of instruments that worked") {
   const std::string page = meta_table({used_run(1.5), ReportRun{}}, {"a", "b"});
   CHECK_THAT(page, Contains("used"));
-  CHECK_THAT(page, Contains("1.5 mm^3 in 10 droplets; stage 0.25 h"));
+  CHECK_THAT(page, Contains("1.5 mm^3 in 10 droplets; stage 15 min"));
   CHECK_THAT(page, !Contains("jet 0"));
 }
 

@@ -7,6 +7,8 @@
 
 #include "core/grid/random.h"
 #include "files/exit_codes.h"
+#include "print/labs/full_product.h"
+#include "print/labs/product.h"
 #include "runs/folder/run_folder.h"
 #include "studies/compare/study_journal.h"
 #include "tests/files/record/scratch.h"
@@ -219,4 +221,19 @@ set = ["control.scheme=threshold"]
     }
   }
   CHECK(results[0] == results[1]);
+}
+
+TEST_CASE("A scheme that is given its number of layers is judged by the study's part like any other") {
+  Experiment e;
+  const double tolerance_um = tolerance_of_part_um(e);
+  CHECK(tolerance_um > 0.0);
+  e.control.scheme = "open_loop";
+  e.control.open_loop.layers = 1;
+  e.part.height_mm = 0.1;
+  CHECK(tolerance_of_part_um(e) == tolerance_um);
+  const StudyPrint p = inkjet_study_lab().print(e, make_inputs(full_product(), e, "."), false);
+  CHECK(p.outcome == "finished");
+  CHECK(p.within == std::optional(false));
+  e.control.scheme = "pattern";
+  CHECK(tolerance_of_part_um(e) == 0.0);
 }

@@ -10,6 +10,17 @@
 
 using namespace firn;
 
+TEST_CASE("People read a time in the unit that fits it") {
+  const struct {
+    double s;
+    const char* text;
+  } cases[] = {{0.0, "0 s"},         {0.3456, "0.346 s"}, {5.004, "5 s"},     {41.4, "41 s"},
+               {119.4, "119 s"},     {121.0, "2 min"},    {3601.0, "60 min"}, {25200.0, "7 h"},
+               {9100.0, "2.5 h"},    {-30.0, "-30 s"},    {3.6e6, "1,000 h"}, {7199.0, "120 min"},
+               {std::nan(""), "- s"}};
+  for (const auto& c : cases) CHECK(time_for_people(c.s) == c.text);
+}
+
 TEST_CASE("People read numbers in three significant digits, without exponent, and large ones whole") {
   const struct {
     double value;

@@ -1,0 +1,76 @@
+// PrintQueue is the list of prints that wait for the same lab, and a person's word that its bed is clear.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+/// A print as `firn print` would be called, and what became of it.
+struct QueuedPrint {
+  std::int64_t id = 0;
+  std::string experiment;  ///< full path of the file
+  std::string digest;      ///< SHA-256 of the file and its includes when it was added
+  std::vector<std::string> overrides, meta, accept_bringup;
+  std::string bus;            ///< as of --bus
+  double tolerance_um = 0.0;  ///< as of --tolerance
+  std::string by, added_utc;  ///< who added it, and when
+  std::string began_utc;      ///< empty: it waits
+  std::string run, why;       ///< where it was stopped: run folder, reason
+};
+
+struct PrintQueue {
+  std::int64_t next_id = 1;
+  std::vector<QueuedPrint> prints;  ///< the next one first
+  /// Who has said that the bed is clear; empty: nobody since the last print began.
+  std::string cleared_by, cleared_utc;
+};
+
+inline constexpr std::size_t kMaxQueued = 1000;
+
+/// Returns RUNS/queue.json.
+std::filesystem::path queue_file(const std::filesystem::path& runs);
+/// Returns the queue; an empty one where there is no file.
+/// @throws UsageError naming file and requirement
+PrintQueue read_queue(const std::filesystem::path& file);
+
+/// Holds RUNS/queue.lock while a queue is changed: no other command changes it meanwhile. The system gives
+/// the lock back when its process has ended.
+class QueueChange {
+ public:
+  /// Waits up to 5 s. @throws UsageError: another holds it, or the folder cannot be written
+  explicit QueueChange(const std::filesystem::path& file);
+  ~QueueChange();
+  QueueChange(const QueueChange&) = delete;
+  QueueChange& operator=(const QueueChange&) = delete;
+
+  PrintQueue queue;  ///< as it was read
+
+  /// Writes the queue; the earlier one stays until the new one is whole. @throws WriteError
+  void save() const;
+
+ private:
+  std::filesystem::path file_;
+  int lock_ = -1;
+};
+
+/// Keeps a second `firn queue start` away while the first one lives.
+class QueueTurn {
+ public:
+  /// @throws UsageError naming the process that has it
+  explicit QueueTurn(const std::filesystem::path& file);
+  ~QueueTurn();
+  QueueTurn(const QueueTurn&) = delete;
+  QueueTurn& operator=(const QueueTurn&) = delete;
+
+ private:
+  int lock_ = -1;
+};
+
+/// Returns the SHA-256 of an experiment file and all its includes. @throws ConfigError
+std::string experiment_digest(const std::filesystem::path& experiment);
+
+}  // namespace firn
