@@ -229,7 +229,7 @@ TEST_CASE("A scheme that is given its number of layers is judged by the study's 
   CHECK(tolerance_um > 0.0);
   e.control.scheme = "open_loop";
   e.control.open_loop.layers = 1;
-  e.part.height_mm = 0.1;
+  e.part.shape.height_mm = 0.1;
   CHECK(tolerance_of_part_um(e) == tolerance_um);
   const StudyPrint p = inkjet_study_lab().print(e, make_inputs(full_product(), e, "."), false);
   CHECK(p.outcome == "finished");
