@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -19,7 +20,6 @@
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "files/utc_time.h"
 #include "print/interrupt.h"
 #include "print/labs/product.h"
 #include "print/operator/print_queue.h"
@@ -52,7 +52,7 @@ std::string person(const QueueOptions& o) {
   return login ? login : "somebody";
 }
 
-std::string name_of(const QueuedPrint& p) {
+std::string print_words(const QueuedPrint& p) {
   std::string text = p.experiment;
   for (const std::string& s : p.overrides) text += " --set " + s;
   for (const std::string& m : p.meta) text += " --meta " + m;
@@ -88,7 +88,7 @@ int list_queue(const QueueOptions& o) {
     return kOk;
   }
   for (const QueuedPrint& p : queue.prints)
-    fmt::print("{:>4}  {}  ({}, added by {})\n", p.id, name_of(p), standing(p), p.by);
+    fmt::print("{:>4}  {}  ({}, added by {})\n", p.id, print_words(p), standing(p), p.by);
   if (queue.prints.empty()) fmt::print("{}: no print waits\n", file.string());
   if (!queue.cleared_by.empty())
     fmt::print("the bed is clear, says {} ({})\n", queue.cleared_by, queue.cleared_utc);
@@ -102,12 +102,7 @@ int add_to_queue(const Product& product, const QueueOptions& o) {
   const Experiment e = load_experiment(experiment, overrides);  // a mistake is told now, not at night
   make_inputs(product, e, experiment.parent_path());
   require_meta(load_meta(experiment, overrides));
-  QueueChange change(queue_file(o.runs));
-  if (change.queue.prints.size() >= kMaxQueued)
-    throw UsageError(
-        fmt::format("{}: holds {} prints, which is the most", queue_file(o.runs).string(), kMaxQueued));
   QueuedPrint p;
-  p.id = change.queue.next_id++;
   p.experiment = experiment.string();
   p.digest = experiment_digest(experiment);
   p.overrides = o.print.overrides;
@@ -116,20 +111,17 @@ int add_to_queue(const Product& product, const QueueOptions& o) {
   p.bus = o.print.bus;
   p.tolerance_um = o.print.tolerance_um;
   p.by = person(o);
-  p.added_utc = utc_now();
-  auto& prints = change.queue.prints;
-  // One that has begun stays before all that wait.
-  const auto waits = std::ranges::find_if(prints, [](const QueuedPrint& q) { return q.began_utc.empty(); });
-  prints.insert(o.first ? waits : prints.end(), p);
+  QueueChange change(queue_file(o.runs));
+  const std::int64_t id = change.queue.add(p, o.first);
   change.save();
   if (o.json) return list_queue(o);
-  fmt::print("{}: {}\n", p.id, name_of(p));
+  fmt::print("{}: {}\n", id, print_words(p));
   return kOk;
 }
 
 int remove_from_queue(const QueueOptions& o) {
   QueueChange change(queue_file(o.runs));
-  if (std::erase_if(change.queue.prints, [&](const QueuedPrint& p) { return p.id == o.id; }) == 0)
+  if (!change.queue.remove(o.id))
     throw UsageError(
         fmt::format("{}: has no print {}; firn queue list shows them", queue_file(o.runs).string(), o.id));
   change.save();
@@ -138,23 +130,27 @@ int remove_from_queue(const QueueOptions& o) {
 
 int say_clear(const QueueOptions& o) {
   QueueChange change(queue_file(o.runs));
-  change.queue.cleared_by = person(o);
-  change.queue.cleared_utc = utc_now();
+  change.queue.clear(person(o));
   change.save();
   if (o.json) return list_queue(o);
   fmt::print("the bed is clear, says {}: the next print may begin\n", change.queue.cleared_by);
   return kOk;
 }
 
-// A print that was stopped or interrupted goes on by a person's hand, and leaves the queue when it has ended.
-void drop_finished(const QueueOptions& o) {
+void change_queue(const QueueOptions& o, const std::function<void(PrintQueue&)>& by) {
   QueueChange change(queue_file(o.runs));
-  auto& prints = change.queue.prints;
-  if (prints.empty() || prints.front().run.empty() || !fs::exists(prints.front().run)) return;
-  const auto result = runs::RunFolder::open(prints.front().run).result();
-  if (!result || runs::can_go_on(*result)) return;
-  prints.erase(prints.begin());
+  by(change.queue);
   change.save();
+}
+
+// A print that was stopped goes on by a person's hand, and leaves the queue when it has ended.
+void drop_finished(const QueueOptions& o) {
+  const PrintQueue queue = read_queue(queue_file(o.runs));
+  if (queue.prints.empty() || queue.prints.front().run.empty() || !fs::exists(queue.prints.front().run))
+    return;
+  const auto result = runs::RunFolder::open(queue.prints.front().run).result();
+  if (!result || runs::can_go_on(*result)) return;
+  change_queue(o, [&](PrintQueue& q) { q.remove(queue.prints.front().id); });
 }
 
 /// Returns who says that the bed is clear; empty: Ctrl-C, or the answer was no.
@@ -162,7 +158,7 @@ std::string bed_is_clear(const QueueOptions& o, const QueuedPrint& next) {
   const bool terminal = ::isatty(STDIN_FILENO) != 0;
   if (std::string by = read_queue(queue_file(o.runs)).cleared_by; !by.empty()) return by;
   fmt::print(stderr, "next: {}: {}\nis the bed clear? {}firn queue clear in another terminal says so\n",
-             next.id, name_of(next), terminal ? "y and Enter, or " : "");
+             next.id, print_words(next), terminal ? "y and Enter, or " : "");
   const InterruptGuard guard;
   while (!InterruptGuard::raised()) {
     pollfd input{STDIN_FILENO, POLLIN, 0};
@@ -176,51 +172,17 @@ std::string bed_is_clear(const QueueOptions& o, const QueuedPrint& next) {
   return "";
 }
 
-// The word is good for one print, and spent before that begins: a computer that dies then asks again.
-void spend_word(const QueueOptions& o, std::int64_t id) {
-  QueueChange change(queue_file(o.runs));
-  change.queue.cleared_by.clear();
-  change.queue.cleared_utc.clear();
-  for (QueuedPrint& p : change.queue.prints)
-    if (p.id == id) p.began_utc = utc_now();
-  change.save();
-}
-
-void put_back(const QueueOptions& o, std::int64_t id, const std::string& by) {
-  QueueChange change(queue_file(o.runs));
-  change.queue.cleared_by = by;  // nothing was printed
-  change.queue.cleared_utc = utc_now();
-  for (QueuedPrint& p : change.queue.prints)
-    if (p.id == id) p.began_utc.clear();
-  change.save();
-}
-
-void take_end(const QueueOptions& o, std::int64_t id, const PrintEnd& end, const std::string& why) {
-  QueueChange change(queue_file(o.runs));
-  const bool ended = end.code == kOk || end.code == kOutOfTolerance;
-  if (ended) {
-    std::erase_if(change.queue.prints, [&](const QueuedPrint& p) { return p.id == id; });
-  } else {
-    for (QueuedPrint& p : change.queue.prints)
-      if (p.id == id) {
-        p.run = end.run;
-        p.why = why;
-      }
-  }
-  change.save();
-}
-
 int refuse_unfinished(const QueuedPrint& p) {
   if (p.run.empty())
     throw UsageError(
         fmt::format("{}: {} began at {}, and this program ended before it did: see firn runs; firn queue "
                     "remove {} takes it "
                     "off the queue",
-                    p.id, name_of(p), p.began_utc, p.id));
+                    p.id, print_words(p), p.began_utc, p.id));
   throw UsageError(
       fmt::format("{}: {} was stopped: {}; firn print --resume {} goes on, or firn queue remove {} takes it "
                   "off the queue",
-                  p.id, name_of(p), p.why, p.run, p.id));
+                  p.id, print_words(p), p.why, p.run, p.id));
 }
 
 int print_next(const Product& product, const QueueOptions& o, const QueuedPrint& next) {
@@ -241,16 +203,20 @@ int print_next(const Product& product, const QueueOptions& o, const QueuedPrint&
   print.tolerance_um = next.tolerance_um;
   print.runs = o.runs;
   print.json = o.json;
-  spend_word(o, next.id);
+  change_queue(o, [&](PrintQueue& q) { q.begin(next.id); });
   PrintEnd end;
   try {
     end = carry_out(product, print);
   } catch (const UsageError&) {
-    put_back(o, next.id, by);
+    change_queue(o, [&](PrintQueue& q) { q.put_back(next.id, by); });
     throw;
   }
-  const auto result = runs::RunFolder::open(end.run).result();
-  take_end(o, next.id, end, result ? for_people(result->reason) : "it did not end");
+  std::string why;
+  if (end.code != kOk && end.code != kOutOfTolerance) {
+    const auto result = runs::RunFolder::open(end.run).result();
+    why = result ? for_people(result->reason) : "it did not end";
+  }
+  change_queue(o, [&](PrintQueue& q) { q.end(next.id, end.run, why); });
   return end.code;
 }
 

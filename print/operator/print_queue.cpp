@@ -4,18 +4,21 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <span>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "config/include.h"
 #include "files/digest.h"
 #include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
+#include "files/utc_time.h"
 
 namespace firn {
 namespace {
@@ -74,6 +77,49 @@ QueuedPrint queued_print(const QueueJson& j) {
 }
 
 }  // namespace
+
+std::int64_t PrintQueue::add(QueuedPrint print, bool first) {
+  if (prints.size() >= kMaxQueued)
+    throw UsageError("the queue holds " + std::to_string(kMaxQueued) + " prints, which is the most");
+  print.id = next_id++;
+  print.added_utc = utc_now();
+  const auto waits = std::ranges::find_if(prints, [](const QueuedPrint& p) { return p.began_utc.empty(); });
+  return prints.insert(first ? waits : prints.end(), std::move(print))->id;
+}
+
+QueuedPrint* PrintQueue::find(std::int64_t id) {
+  const auto at = std::ranges::find(prints, id, &QueuedPrint::id);
+  return at == prints.end() ? nullptr : &*at;
+}
+
+bool PrintQueue::remove(std::int64_t id) {
+  return std::erase_if(prints, [&](const QueuedPrint& p) { return p.id == id; }) > 0;
+}
+
+void PrintQueue::clear(const std::string& by) {
+  cleared_by = by;
+  cleared_utc = utc_now();
+}
+
+void PrintQueue::begin(std::int64_t id) {
+  cleared_by.clear();
+  cleared_utc.clear();
+  if (QueuedPrint* const p = find(id)) p->began_utc = utc_now();
+}
+
+void PrintQueue::put_back(std::int64_t id, const std::string& by) {
+  clear(by);
+  if (QueuedPrint* const p = find(id)) p->began_utc.clear();
+}
+
+void PrintQueue::end(std::int64_t id, const std::string& run, const std::string& why) {
+  if (why.empty()) {
+    remove(id);
+  } else if (QueuedPrint* const p = find(id)) {
+    p->run = run;
+    p->why = why;
+  }
+}
 
 fs::path queue_file(const fs::path& runs) { return runs / "queue.json"; }
 

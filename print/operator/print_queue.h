@@ -22,11 +22,29 @@ struct QueuedPrint {
   std::string run, why;       ///< where it was stopped: run folder, reason
 };
 
-struct PrintQueue {
+class PrintQueue {
+ public:
+  /// Adds a print behind all others, or before all that wait: one that has begun stays first.
+  /// @returns its number, which no other print gets @throws UsageError: there are kMaxQueued
+  std::int64_t add(QueuedPrint print, bool first);
+  /// @returns false: there is none of this number
+  bool remove(std::int64_t id);
+  /// The bed is clear, says a person.
+  void clear(const std::string& by);
+  /// A print begins. The word is good for one print, and spent before that: a computer that dies asks again.
+  void begin(std::int64_t id);
+  /// The print was refused before it began: it waits again, and the bed is as clear as it was.
+  void put_back(std::int64_t id, const std::string& cleared_by);
+  /// The print has ended, and leaves the queue; or it was stopped, and stays. @param why empty: ended
+  void end(std::int64_t id, const std::string& run, const std::string& why);
+
   std::int64_t next_id = 1;
   std::vector<QueuedPrint> prints;  ///< the next one first
   /// Who has said that the bed is clear; empty: nobody since the last print began.
   std::string cleared_by, cleared_utc;
+
+ private:
+  QueuedPrint* find(std::int64_t id);
 };
 
 inline constexpr std::size_t kMaxQueued = 1000;

@@ -23,7 +23,7 @@ th, td { padding: 5px 8px; text-align: right; border-bottom: 1px solid var(--lin
 thead th { color: var(--soft); font-weight: 600; border-bottom: 2px solid var(--line); vertical-align: bottom; }
 th:first-child, td:first-child { white-space: nowrap; }
 th:first-child, td:first-child, .text td, .text th { text-align: left; }
-.text td { overflow-wrap: anywhere; } .text.whole td { overflow-wrap: normal; }
+.text td:not(:first-child) { overflow-wrap: anywhere; } .text.whole td { overflow-wrap: normal; }
 .best { font-weight: 700; } .good { color: var(--good); font-weight: 600; white-space: nowrap; } .bad { color: var(--bad); font-weight: 600; }
 .swatch { display: inline-block; width: 26px; height: 8px; margin-right: 8px; vertical-align: middle; }
 svg.sample { display: inline-block; width: 28px; height: 14px; margin-right: 6px; vertical-align: middle; }

@@ -82,7 +82,8 @@ Axis::Axis(double low, double high, double from_px, double to_px, int wanted, Ki
       for (double factor : {1.0, 2.0, 5.0})
         if (const double v = factor * power; v >= low_ * 0.999 && v <= high_ * 1.001)
           ticks_.push_back({v, number(v, std::max(0, int(-std::floor(std::log10(power) + 1e-9))))});
-    return;
+    if (ticks_.size() > 1) return;
+    ticks_.clear();  // within less than a factor: as on a linear axis
   }
   double step = round_step((high_ - low_) / wanted);
   if (kind_ == Kind::kWhole) step = std::max(1.0, step);

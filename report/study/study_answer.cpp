@@ -82,6 +82,9 @@ std::string better_text(const StudyTable& t, const StudyAnalysis& a, std::size_t
 }
 
 std::string joined(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNamed = 6;  // a design has as many schemes as points
+  if (names.size() > kMostNamed)
+    return names.front() + " and " + std::to_string(names.size() - 1) + " other schemes";
   std::string s;
   for (std::size_t n = 0; n < names.size(); ++n)
     s += (n == 0 ? "" : n + 1 == names.size() ? " and " : ", ") + names[n];

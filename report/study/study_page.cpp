@@ -8,6 +8,7 @@
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
 #include "report/run/settings_table.h"
+#include "report/study/settings_plot.h"
 #include "report/study/study_answer.h"
 #include "report/study/study_plots.h"
 #include "report/study/study_profile.h"
@@ -149,6 +150,17 @@ std::string trade_off(const StudyTable& t, const StudyAnalysis& a) {
   return "";
 }
 
+// For a study of many settings.
+std::string beside_settings(const StudyPage& page) {
+  const std::string plot = settings_plot(page.table, page.analysis, page.arm_settings);
+  return plot.empty()
+             ? plot
+             : "<h2>Settings beside the result</h2>\n<p class=\"soft\">A line is a scheme: its settings "
+               "that are numbers, and the mean of the primary metric. Blue: the best quarter.</p>\n"
+               "<figure class=\"forest\">" +
+                   plot + "</figure>\n";
+}
+
 std::string secondary(const StudyTable& t, const StudyAnalysis& a) {
   std::string s;
   for (std::size_t m = 0; m < t.metrics.size(); ++m)
@@ -216,7 +228,8 @@ std::string study_page(const StudyPage& page) {
        t.trial + "s).</p>\n";
   s += arms_table(t, a, kAllParts) + metric_meanings(t);
   if (const auto ratios = study_ratios(t)) s += ratios_section(t, *ratios);
-  s += profile_section(t, profile_rows(t)) + trade_off(t, a) + plots(t, a, page.nature);
+  s += profile_section(t, profile_rows(t)) + trade_off(t, a) + beside_settings(page) +
+       plots(t, a, page.nature);
   if (const auto pairs = family(a, 0, kAllParts); !pairs.empty()) s += pairs_table(t, pairs);
   s += secondary(t, a) + settings("Settings that differ between the schemes", t.arms, page.arm_settings) +
        settings("Settings that differ between the parts", t.parts, page.part_settings) + failures(t);

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kRow = 30, kRight = 640, kTop = 8;
 constexpr double kNames = 150, kPairNames = 330;  // room for the rows' names
+constexpr double kBeside = 6;                     // of a text and the axis
 
 // Ticks below, names of the rows at the left.
 std::string frame(const Axis& x, double left, const std::vector<std::string>& rows,
@@ -120,10 +121,13 @@ std::string forest_plot(const StudyTable& t, const std::vector<const ArmComparis
             kTop + kRow * double(rows.size()));
   for (std::size_t n = 0; n < pairs.size(); ++n) {
     const ArmComparison& c = *pairs[n];
-    if (c.any_failed())
-      s += svg_text(kRight, kTop + kRow * (double(n) + 0.5) - 6, "end", "tick",
-                    form("failed prints %zu : %zu", c.failed_a, c.failed_b)) +
-           "\n";
+    if (c.any_failed()) {
+      const bool right = c.values.difference < 0.0;  // beside the interval
+      s +=
+          svg_text(right ? kRight : kPairNames + kBeside, kTop + kRow * (double(n) + 0.5) + 4,
+                   right ? "end" : "start", "tick", form("failed prints %zu : %zu", c.failed_a, c.failed_b)) +
+          "\n";
+    }
     if (!std::isfinite(c.values.interval.low)) continue;
     const std::string colour = c.told_apart() ? "var(--c0)" : "var(--soft)";
     s += interval_mark(x, kTop + kRow * (double(n) + 0.5), c.values.interval.low * scale(c),

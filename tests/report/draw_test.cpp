@@ -157,6 +157,21 @@ TEST_CASE("Equal ratios are equally long on a logarithmic axis") {
   for (const report::Axis::Tick& t : axis.ticks()) CHECK(test::printed_number(t.text) == Approx(t.value));
 }
 
+TEST_CASE("A logarithmic axis has at least two ticks, however narrow its range") {
+  RandomStream random(15, Purpose::kTest);
+  for (int trial = 0; trial < 1000; ++trial) {
+    const double low = std::pow(10.0, random.uniform(-6.0, 6.0));
+    const double high = low * (1.0 + std::pow(10.0, random.uniform(-4.0, 4.0)));
+    CAPTURE(low, high);
+    const report::Axis axis(low, high, 20, 420, 6, report::Axis::Kind::kLogarithmic);
+    CHECK(axis.ticks().size() >= 2);
+    for (const report::Axis::Tick& t : axis.ticks()) {
+      CHECK(t.value >= low * 0.998);
+      CHECK(t.value <= high * 1.002);
+    }
+  }
+}
+
 TEST_CASE("Every sample of a line chart is drawn where the axes' ticks say") {
   RandomStream random(14, Purpose::kTest);
   for (int trial = 0; trial < 40; ++trial) {

@@ -53,6 +53,15 @@ TEST_CASE("the same scheme under two names is not distinguishable") {
   CHECK(a.primary(0, 1).holm_p == 1.0);
 }
 
+TEST_CASE("The answer names up to six schemes that cannot be told apart, and counts more") {
+  for (const std::size_t arms : {6u, 7u, 20u}) {
+    const report::StudyAnalysis a = report::analyse(made(std::vector<double>(arms, 0.0), 30, 0.0, 1, 1));
+    CAPTURE(a.answer);
+    CHECK(says(a, "arm5") == (arms == 6));
+    CHECK(says(a, "and " + std::to_string(arms - 1) + " other schemes are not") == (arms > 6));
+  }
+}
+
 TEST_CASE("schemes of equal quality are not distinguishable, whatever their noise") {
   int wrong = 0;
   for (std::uint64_t key = 1; key <= 20; ++key)
