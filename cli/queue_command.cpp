@@ -23,6 +23,7 @@
 #include "print/interrupt.h"
 #include "print/labs/product.h"
 #include "print/operator/print_queue.h"
+#include "print/process/bus_port.h"
 #include "runs/folder/documents.h"
 #include "runs/folder/run_folder.h"
 
@@ -101,6 +102,7 @@ int add_to_queue(const Product& product, const QueueOptions& o) {
   for (const std::string& assignment : o.print.meta) overrides.push_back("meta." + assignment);
   const Experiment e = load_experiment(experiment, overrides);  // a mistake is told now, not at night
   make_inputs(product, e, experiment.parent_path());
+  check_bus(o.print.bus);
   require_meta(load_meta(experiment, overrides));
   QueuedPrint p;
   p.experiment = experiment.string();
@@ -185,6 +187,15 @@ int refuse_unfinished(const QueuedPrint& p) {
                   p.id, print_words(p), p.why, p.run, p.id));
 }
 
+// Where one is new, a print has begun: droplets may lie on the bed.
+std::vector<fs::path> folders_beside(const fs::path& runs, const std::vector<fs::path>& known) {
+  std::vector<fs::path> others;
+  std::error_code none;
+  for (const fs::directory_entry& e : fs::directory_iterator(runs, none))
+    if (e.is_directory() && std::ranges::find(known, e.path()) == known.end()) others.push_back(e.path());
+  return others;
+}
+
 int print_next(const Product& product, const QueueOptions& o, const QueuedPrint& next) {
   if (!next.began_utc.empty()) return refuse_unfinished(next);
   if (experiment_digest(next.experiment) != next.digest)
@@ -203,12 +214,16 @@ int print_next(const Product& product, const QueueOptions& o, const QueuedPrint&
   print.tolerance_um = next.tolerance_um;
   print.runs = o.runs;
   print.json = o.json;
+  const std::vector<fs::path> before = folders_beside(o.runs, {});
   change_queue(o, [&](PrintQueue& q) { q.begin(next.id); });
   PrintEnd end;
   try {
     end = carry_out(product, print);
-  } catch (const UsageError&) {
-    change_queue(o, [&](PrintQueue& q) { q.put_back(next.id, by); });
+  } catch (const std::exception& e) {
+    const std::vector<fs::path> begun = folders_beside(o.runs, before);
+    change_queue(o, [&](PrintQueue& q) {
+      begun.empty() ? q.put_back(next.id, by) : q.end(next.id, begun.front().string(), e.what());
+    });
     throw;
   }
   std::string why;

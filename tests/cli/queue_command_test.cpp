@@ -38,7 +38,8 @@ struct WaitingPrints {
   nlohmann::json list() const { return nlohmann::json::parse(says({"list", "--json"}).out); }
   std::vector<int> ids() const {
     std::vector<int> all;
-    for (const auto& p : list()["prints"]) all.push_back(p["id"]);
+    const nlohmann::json told = list();
+    for (const auto& p : told["prints"]) all.push_back(p["id"]);
     return all;
   }
   int folders() const {
@@ -68,6 +69,7 @@ TEST_CASE("firn queue add names a mistake of the experiment at once, and leaves 
   refused({"add", file, "--set", "part.hight_mm=1"}, "hight_mm");
   refused({"add", (q.folder / "nosuch.toml").string()}, "nosuch.toml");
   refused({"add", file, "--set", "part.shape=height_map"}, "image");
+  refused({"add", file, "--bus", "nonsense"}, "nonsense");
   refused({"remove", "7"}, "has no print 7");
 }
 
@@ -141,9 +143,16 @@ TEST_CASE("An experiment that was changed after it was queued is refused, and th
 
 TEST_CASE("A print that is refused when its turn comes waits again, and the bed stays as clear as it was") {
   const WaitingPrints q("refused");
-  REQUIRE(q.add({"--bus", "udpm://239.255.76.67:7667?ttl=9"}).code == kOk);
+  const fs::path picture = q.folder / "part.png";
+  fs::copy_file(FIRN_SOURCE_DIR "/experiments/height_map.png", picture);
+  REQUIRE(q.add({"--set", "part.shape=height_map", "--set", "part.image=" + picture.string(), "--set",
+                 "part.image_white_mm=0.02", "--set", "part.depth_mm=8"})
+              .code == kOk);
+  fs::remove(picture);
   REQUIRE(q.says({"clear", "--by", "Bo"}).code == kOk);
-  CHECK(q.says({"start"}).code == kUsage);
+  const Said said = q.says({"start"});
+  CHECK(said.code == kUsage);
+  CHECK_THAT(said.err, Contains("part.png"));
   CHECK(q.list()["prints"][0]["state"] == "waits");
   CHECK(q.list()["bed_cleared_by"] == "Bo");
   CHECK(q.folders() == 0);
