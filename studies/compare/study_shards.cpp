@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <queue>
 #include <set>
 #include <string>
@@ -16,6 +17,8 @@ namespace {
 
 constexpr int kMostShards = 100'000;
 constexpr const char* kFolder = "shards";
+// Its shard may end, and rename it, between a look and the next, and a shared folder may show its old name.
+constexpr int kReads = 10;
 
 }  // namespace
 
@@ -112,6 +115,7 @@ void take_journals(StudyJournal& journal, const std::filesystem::path& folder,
   if (const auto own = results_journal(folder); own != except && std::filesystem::exists(own))
     journal.take(own);
   std::set<std::filesystem::path> taken{except};
+  std::map<std::filesystem::path, int> failed;
   for (bool again = true; again;) {
     again = false;
     for (const std::filesystem::path& other : shard_journals(folder)) {
@@ -121,7 +125,7 @@ void take_journals(StudyJournal& journal, const std::filesystem::path& folder,
         journal.take(other);
         taken.insert(other);
       } catch (const UsageError&) {
-        if (std::filesystem::exists(other)) throw;  // else its shard has ended, and has another name now
+        if (std::filesystem::exists(other) && ++failed[other] == kReads) throw;  // else it has another name
       }
     }
   }
