@@ -57,8 +57,8 @@ bool make_some(const StudyWork& work, StudyJournal& journal, const StudyRunOptio
   std::optional<StudyProgress> progress;
   const std::vector<const StudyCell*> to_make = prints_to_do(work, journal, run);
   if (!work.tells_progress(to_make)) {
-    progress.emplace(to_make.size());
-    run.progress = [&](std::size_t done, std::size_t failed) { progress->printed(done, failed); };
+    progress.emplace(to_make.size(), work.noun);
+    run.progress = [&](std::size_t done, std::size_t failed) { progress->made(done, failed); };
   }
   const StudyRunSummary made = run_study(work, journal, run);
   if (!progress) return made.done == made.to_do;

@@ -92,14 +92,14 @@ std::size_t stopped_prints(const StudyWork& work, const StudyJournal& journal) {
 // Shows the results that come in until the engine is idle. @returns false: stopped before, where `stops`
 bool wait_for(const Asked& a, bool stops, const std::function<bool()>& busy) {
   const std::size_t to_do = a.to_do();
-  StudyProgress progress(to_do);
+  StudyProgress progress(to_do, a.work.noun);
   for (auto next = Clock::now(); busy(); std::this_thread::sleep_for(kPause)) {
     if (stops && a.stopped()) return false;
     if (Clock::now() < next) continue;
     const auto began = Clock::now();
     const auto journal = a.on_record();
     const std::size_t left = std::min(to_do, prints_to_do(a.work, *journal, {}).size());
-    progress.printed(to_do - left, stopped_prints(a.work, *journal));
+    progress.made(to_do - left, stopped_prints(a.work, *journal));
     next = began + pause_after(Clock::now() - began);
   }
   return true;

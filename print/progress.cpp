@@ -138,13 +138,14 @@ void PrintProgress::layer(const layer_metrics_t& told) {
   line_.show(layer_text(title_, words_, m, left_s, line_.columns()), m.layer == m.layers_expected);
 }
 
-StudyProgress::StudyProgress(std::size_t all) : all_(all), line_({0ms, 0ms, 2000ms}) {}
+StudyProgress::StudyProgress(std::size_t all, std::string noun)
+    : all_(all), noun_(std::move(noun)), line_({0ms, 0ms, 2000ms}) {}
 
-void StudyProgress::printed(std::size_t done, std::size_t failed) {
+void StudyProgress::made(std::size_t done, std::size_t failed) {
   const std::string eta = line_.eta(all_ > 0 ? double(done) / double(all_) : 0.0);
-  line_.show(fmt::format("{}/{} prints{}, {:.1f} prints/s{}", done, all_,
+  line_.show(fmt::format("{}/{}{}, {:.1f} {}s/s{}", done, counted(all_, noun_),
                          failed ? fmt::format(", {} failed", failed) : std::string(),
-                         double(done) / std::max(line_.elapsed_s(), 1e-3), eta),
+                         double(done) / std::max(line_.elapsed_s(), 1e-3), noun_, eta),
              done == all_);
 }
 

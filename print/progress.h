@@ -86,17 +86,19 @@ class PrintProgress {
   double first_s_ = 0.0;
 };
 
-/// Shows the progress of a study of many prints.
+/// Shows the progress of a study of many results.
 class StudyProgress {
  public:
-  explicit StudyProgress(std::size_t all);
-  /// @param done prints of those that were to do, failed ones included
-  void printed(std::size_t done, std::size_t failed);
+  /// @param noun one of them: "print", "case"
+  StudyProgress(std::size_t all, std::string noun);
+  /// @param done results of those that were to do, failed ones included
+  void made(std::size_t done, std::size_t failed);
   void done() { line_.done(); }
   double elapsed_s() const { return line_.elapsed_s(); }
 
  private:
   std::size_t all_;
+  std::string noun_;
   ProgressLine line_;
 };
 

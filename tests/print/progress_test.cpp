@@ -138,5 +138,14 @@ TEST_CASE("A pause does not count in the time that is left") {
   CHECK(seconds_left(true) < 29.0);
 }
 
+TEST_CASE("The progress of a study names its results by their own word") {
+  const std::string text = on_terminal(120, [] {
+    StudyProgress progress(3, "case");
+    progress.made(3, 1);
+    progress.done();
+  });
+  CHECK_THAT(text, Catch::Contains("3/3 cases, 1 failed, ") && Catch::Contains(" cases/s"));
+}
+
 }  // namespace
 }  // namespace firn
