@@ -26,14 +26,21 @@ StudyPrint imagined(const Experiment& e, const Blobs&, bool) {
   return p;
 }
 
+double processor_s(const rusage& of) {
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(of.ru_utime) + seconds(of.ru_stime);
+}
+
 template <class F>
 void time(const char* name, F&& f) {
+  rusage before, after;
+  getrusage(RUSAGE_SELF, &before);
   const auto began = std::chrono::steady_clock::now();
   const int code = f();
   const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  struct rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  std::printf("%-28s %7.2f s  peak %5ld MB  exit code %d\n", name, s, usage.ru_maxrss / 1024, code);
+  getrusage(RUSAGE_SELF, &after);
+  std::printf("%-28s %7.2f s, %7.2f s of processor time  peak %5ld MB  exit code %d\n", name, s,
+              processor_s(after) - processor_s(before), after.ru_maxrss / 1024, code);
 }
 
 }  // namespace

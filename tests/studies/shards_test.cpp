@@ -366,6 +366,25 @@ TEST_CASE("a shard that ends while the results are read is not missed", "[shards
   CHECK(found == 300);
 }
 
+TEST_CASE("a shard's journal that can never be read is refused by its name", "[shards]") {
+  const ShardBench b("unreadable");
+  fs::create_directories(b.out() / "shards" / "1-of-2.journal");  // a folder in its place
+  StudyJournal journal(kShardLab.metrics);
+  CHECK_THROWS_WITH(take_journals(journal, b.out(), {}), Catch::Contains("1-of-2.journal"));
+}
+
+TEST_CASE("a whole line that holds no result is damage too", "[shards]") {
+  const test::Scratch scratch("no-result");
+  const fs::path file = scratch / "1-of-2.journal";
+  LineJournal(file, "").append(R"({"digest":"none"})");
+  StudyJournal journal(kShardLab.metrics);
+  journal.take(file);
+  CHECK(journal.size() == 0);
+  REQUIRE(journal.damage().size() == 1);
+  CHECK(journal.damage()[0].file == file);
+  CHECK(journal.damage()[0].first == 1);
+}
+
 TEST_CASE("a shard that is none is refused with the text", "[shards]") {
   for (const char* text : {"0/4", "5/4", "3", "3/", "/4", "a/b", "1/1000000", "-1/4", "1.5/4", "1/4/2"})
     CHECK_THROWS_WITH(parse_shard(text), Catch::Contains(text));

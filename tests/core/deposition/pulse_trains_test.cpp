@@ -167,6 +167,14 @@ TEST_CASE(
   CHECK_THROWS_WITH(plan_widths(d, {0.004, pwm.dose, false}, kLimits), Catch::Contains("dose table"));
 }
 
+TEST_CASE("Pulses may follow each other at every tick of the controller, and no faster") {
+  const auto checked = [](double period_s) {
+    check(ideal_width_modulation(200.0, period_s, kLimits), kLimits);
+  };
+  CHECK_NOTHROW(checked(kLimits.tick_s));
+  CHECK_THROWS_WITH(checked(kLimits.tick_s * (1.0 - 1e-9)), Catch::Contains("at least one tick"));
+}
+
 TEST_CASE("6.1: from rest, frequency modulation follows the flow where width modulation cannot") {
   RandomStream random(76, Purpose::kTest);
   double fm = 0.0, pwm = 0.0;
