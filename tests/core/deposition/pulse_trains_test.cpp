@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <numeric>
 
@@ -109,6 +110,27 @@ TEST_CASE("Without material the list is empty") {
   REQUIRE(plan.trains.size() == 1);
   CHECK(plan.trains[0].ticks.empty());
   CHECK(plan.min_drops_per_mm == 0.0);
+}
+
+TEST_CASE("A delivery that runs backwards has the same worst window") {
+  RandomStream random(77, Purpose::kTest);
+  for (int trial = 0; trial < 40; ++trial) {
+    CAPTURE(trial);
+    FlowDemand d = demand_of(random_speeds(random, 60.0, 60.0), 1.2);
+    corrected_flow(std::vector<double>(d.flow_mm3_s), random_action(random, d.flow_mm3_s.size(), 0.9),
+                   d.flow_mm3_s);
+    const DemandIntegral path(d);
+    std::vector<Drop> drops, backwards;
+    for (double s = random.uniform(0, 3); s < path.total_length_mm(); s += random.uniform(2.0, 6.0))
+      drops.push_back({path.time_at_length_s(s), random.uniform(0.1, 1.0)});
+    for (std::size_t n = drops.size(); n-- > 0;)
+      backwards.push_back({d.duration_s() - drops[n].time_s, drops[n].volume_mm3});
+    FlowDemand other = d;
+    std::reverse(other.flow_mm3_s.begin(), other.flow_mm3_s.end());
+    std::reverse(other.speed_mm_s.begin(), other.speed_mm_s.end());
+    const double worst = count_delivery(d, drops, {}, 10.0).window_worst;
+    CHECK(count_delivery(other, backwards, {}, 10.0).window_worst == Approx(worst).epsilon(1e-6));
+  }
 }
 
 TEST_CASE("The counter itself: windows and running error against brute force over a fine grid") {

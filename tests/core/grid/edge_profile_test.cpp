@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/grid/outline.h"
+#include "core/grid/random.h"
 
 using namespace firn;
 
@@ -77,6 +78,30 @@ TEST_CASE("A hole's edge counts as the outer one does") {
   const auto ring = [](double x, double y) { return std::min(in_disc(x, y, 3.0), -in_disc(x, y, 1.2)); };
   const Part part(kEdgeGrid, ring);
   CHECK(edge_width_mm(flanked(kEdgeGrid, 0.7, ring), part.target, part.mask) == Approx(0.56).epsilon(0.01));
+}
+
+TEST_CASE("An edge that begins at the map's border is as wide as its mirror images") {
+  const GridSpec g{24, 24, 0.1, 0.1, 0.0, 0.0};
+  RandomStream random(3, Purpose::kTest);
+  HeightMap height(g, 0.0);
+  for (double& h : height.cells) h = random.uniform(0.0, 1.3 * kTop_mm);
+  const auto width = [&](bool swap, bool flip_x, bool flip_y) {
+    HeightMap target(g, 0.0), turned(g, 0.0);
+    Mask mask(g);
+    for (int j = 0; j < g.ny; ++j)
+      for (int i = 0; i < g.nx; ++i) {
+        int a = flip_x ? g.nx - 1 - i : i, b = flip_y ? g.ny - 1 - j : j;
+        if (swap) std::swap(a, b);
+        turned.at(a, b) = height.at(i, j);
+        if (i < 4 || i > 19 || j > 15) continue;  // it touches the first row
+        mask.at(a, b) = 1;
+        target.at(a, b) = kTop_mm;
+      }
+    return edge_width_mm(turned, target, mask);
+  };
+  const double plain = width(false, false, false);
+  CHECK(plain > 0.0);
+  for (int n = 1; n < 8; ++n) CHECK(width(n & 1, n & 2, n & 4) == Approx(plain).epsilon(1e-9));
 }
 
 TEST_CASE("A part that has not reached its height has no edge") {

@@ -88,7 +88,7 @@ TEST_CASE("What is not such a file is refused with name, byte and reason") {
   refused(npy(dict("<f8"), six + "x"), "49 bytes");
   auto cut = npy(dict("<f8"), six);
   cut.resize(30);
-  refused(cut, "runs past the end");
+  refused(cut, "byte 8: NPY header length 60 runs past the end");
   CHECK_THROWS_WITH(mask_from_npy(npy(dict("|u1"), std::string("\0\0\2\0\0\0", 6)), kNpyGrid, "m"),
                     Catch::Contains("mask value 2"));
 }

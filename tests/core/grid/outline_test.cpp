@@ -132,6 +132,22 @@ TEST_CASE(
   CHECK(outline_stats(h, box.target, box.mask).cut);
 }
 
+TEST_CASE("A part that fills the target's grid to its border is counted whole within a wider map") {
+  const HeightMap target(kOutlineGrid, kTarget_mm);
+  const Mask mask(kOutlineGrid, 1);
+  GridSpec wide = kOutlineGrid;
+  wide.nx += 4;
+  wide.ny += 4;
+  wide.origin_x_mm -= 2 * wide.pitch_x_mm;
+  wide.origin_y_mm -= 2 * wide.pitch_y_mm;
+  HeightMap h(wide, 0.0);
+  for (int j = 0; j < kOutlineGrid.ny; ++j)
+    for (int i = 0; i < kOutlineGrid.nx; ++i) h.at(i + 2, j + 2) = kTarget_mm;
+  const OutlineStats s = outline_stats(h, target, mask);
+  CHECK(s.overspill == 0.0);
+  CHECK(s.missing == 0.0);
+}
+
 TEST_CASE("Missing volume is what lies below the target inside, whatever lies above it elsewhere") {
   const Box box;
   HeightMap h = box.target;

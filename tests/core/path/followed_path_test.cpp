@@ -130,6 +130,19 @@ TEST_CASE("A detour before a switch brings it too early by the detour's length",
   CHECK(e.worst_s == Approx(0.55).margin(0.006));
 }
 
+TEST_CASE("A switch where the plan stands is as far off as the place, in any direction", "[followed]") {
+  const Place from_rest = [](double t) { return Point2{5.0 * t * t, 0.0}; };
+  const TimedPath plan = path_of(from_rest, 1.0, 0.01);
+  const double off_mm = 0.03, angle = GENERATE(0.0, 1.0, 2.0, 4.0);
+  const auto beside = [&](double t) {
+    const Point2 p = from_rest(t);
+    return Point2{p.x_mm + off_mm * std::cos(angle), p.y_mm + off_mm * std::sin(angle)};
+  };
+  const PathErrors e = path_errors(plan, 0.01, sampled(beside, 0.01, 1.0), std::vector<double>{0.0});
+  CHECK(e.switch_max_mm == Approx(off_mm));
+  CHECK(e.worst_switch == 0);
+}
+
 TEST_CASE("An axis that stands for a while stalls by its way of that time, whatever the usual lag",
           "[followed]") {
   const double usual = GENERATE(0.0, 0.004, 0.03);

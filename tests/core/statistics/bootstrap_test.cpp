@@ -102,3 +102,9 @@ TEST_CASE("what has no spread or no values has an interval that says so") {
   CHECK(std::isnan(standard_deviation(std::vector{1.0})));
   CHECK(standard_deviation(std::vector{1.0, 3.0}) == Approx(std::sqrt(2.0)));
 }
+
+TEST_CASE("the interval of given values is the same in every build and on every computer") {
+  const Interval i = bootstrap_interval(std::vector<double>{1.0, 2.0, 4.0, 8.0, 16.0, 3.5});
+  CHECK(i.low == Approx(2.25).epsilon(1e-12));
+  CHECK(i.high == Approx(14.0 + 2.0 / 3.0).epsilon(1e-12));
+}

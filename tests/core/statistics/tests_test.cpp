@@ -86,6 +86,14 @@ TEST_CASE("random sign patterns agree with all of them") {
   }
 }
 
+TEST_CASE("differences whose sum is 0 have the p-value 1, by all patterns and by drawn ones") {
+  const std::vector<double> d{1.0, 2.0, -3.0, 0.5, -0.5};
+  SignFlipOptions drawn;
+  drawn.all_up_to = 0;
+  CHECK(sign_flip_p(d) == 1.0);
+  CHECK(sign_flip_p(d, drawn) == 1.0);
+}
+
 TEST_CASE("the sign-flip test rejects a true null in 5 % of cases, and finds a planted difference") {
   RandomStream random(9, Purpose::kTest);
   SignFlipOptions quick;
