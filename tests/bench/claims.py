@@ -105,6 +105,7 @@ NOT_RUN = {
     "the same, and 5 % of the packets": "needs network namespaces: ./firn bench host_line",
     "all processes of a live": "live: ./firn bench waiting",
     "the same by Slurm, two virtual nodes": "ten minutes, Slurm and sshd: ./firn bench study_shards",
+    "where the time of such an engine goes": "needs perf: ./firn bench study_shards --ways ssh",
     "the exact functions of `core/exact`": "minutes: ./firn bench exact_planning",
     "100 shards of a study": "an hour: FIRN_SHARD_KILLS=100 tests/cli/study_trouble_test.py",
     "ten live prints beside": "ten minutes, and stress-ng: ./firn bench busy",
