@@ -104,6 +104,21 @@ TEST_CASE("A path that may stop nowhere within the limits is refused with the li
   CHECK(plan.stop_before_mm == Approx(16384.0 / 3.0).margin(4.0));
 }
 
+TEST_CASE("A later piece that is too dense is refused by its entries, however long the path is until there") {
+  RandomStream random(74, Purpose::kTest);
+  std::vector<double> speeds = random_speeds(random, 3000.0, 125.0);
+  const std::size_t stop = speeds.size() - 1;
+  const std::vector<double> dense = random_speeds(random, 6000.0, 125.0);
+  speeds.insert(speeds.end(), dense.begin() + 1, dense.end());
+  FlowDemand d = demand_of(std::move(speeds), kFill_mm);
+  d.stops = {stop};
+  REQUIRE(kStep * double(d.flow_mm3_s.size() + stop) > kLimits.max_duration_s);
+  REQUIRE(kStep * double(dense.size()) < kLimits.max_duration_s);
+  const PulsePlan plan = plan_pulses(d, proportional(), kLimits);
+  CHECK(plan.problem_from == stop);
+  CHECK_THAT(plan.problem, Catch::Contains("16384 entries"));
+}
+
 TEST_CASE("Without material the list is empty") {
   FlowDemand d{kStep, std::vector<double>(50, 0.0), std::vector<double>(50, 25.0), {}};
   const PulsePlan plan = plan_pulses(d, proportional(), kLimits);

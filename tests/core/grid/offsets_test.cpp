@@ -120,6 +120,16 @@ TEST_CASE("Every droplet of a pass lies in one run, the runs ascend in y and tur
   }
 }
 
+TEST_CASE("Droplets that are just as far apart as a run wants lie in one run, nearer ones in two") {
+  const GridSpec g{6, 1, 0.25, 0.25};
+  DropletPattern drops(g);
+  for (std::uint8_t& n : drops.cells) n = 1;
+  Placement p{OffsetTable({OffsetKind::kGrid, 1, 1}), OffsetMap(g), 0.25};
+  CHECK(firing_runs(drops, 0, p).size() == 1);
+  p.apart_mm = 0.26;
+  CHECK(firing_runs(drops, 0, p).size() == 2);
+}
+
 TEST_CASE(
     "Cell, place, nozzle and lead add in one place, and the part's point is that of the sum without them") {
   const Offset place{0.375, -0.125};
