@@ -1,4 +1,4 @@
-// Precedence lets a thread that an operator's stop passes through go before the machine's other work.
+// Precedence lets a thread that a stop or a lease passes through go before the machine's other work.
 #pragma once
 
 namespace firn {

@@ -9,6 +9,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -23,6 +24,7 @@
 #include "runtime/heartbeat.h"
 #include "runtime/port_rate.h"
 #include "runtime/ports.h"
+#include "runtime/precedence.h"
 #include "runtime/process_args.h"
 #include "runtime/python_port.h"
 #include "runtime/transport.h"
@@ -495,6 +497,8 @@ void Runner::notices() {
 int run_process(const ProcessOptions& options, std::unique_ptr<Node> node, Bus& bus) {
   const std::string name(info(options.node).name);
   ControlLine control(options.control_fd);
+  std::optional<Precedence> precedence;  // the end of a lease and a stop wait for no other work
+  if (info(options.node).driver) precedence.emplace();
   try {
     return Runner(options, std::move(node), bus, control).run();
   } catch (const std::exception& e) {

@@ -22,11 +22,12 @@ namespace fs = std::filesystem;
 using relay::Frame;
 using relay::FrameKind;
 
-constexpr double kClockWithinS = 5.0;     // for the first bound that is small enough
-constexpr double kSilentS = 3.0;          // of the relay; the leases of the drivers end long before
-constexpr double kCollectSilentS = 20.0;  // the relay compares the sums of what it got
-constexpr double kEndWithinS = 2.0;       // of the processes, as at the launcher
-constexpr std::int64_t kPredecessorNs = 10'000'000'000;  // above kSilentS and kEndWithinS
+constexpr double kClockWithinS = 5.0;    // for the first bound that is small enough
+constexpr double kSilentS = 3.0;         // of the relay; the leases of the drivers end long before
+constexpr double kUnbegunSilentS = 8.0;  // before the start, when all processes begin and nothing is at stake
+constexpr double kCollectSilentS = 20.0;                 // the relay compares the sums of what it got
+constexpr double kEndWithinS = 2.0;                      // of the processes, as at the launcher
+constexpr std::int64_t kPredecessorNs = 15'000'000'000;  // above kUnbegunSilentS and kEndWithinS
 constexpr std::int64_t kLookNs = 50'000'000, kSteerNs = 250'000'000, kTellClockNs = 1'000'000'000;
 constexpr std::int64_t kLongestTurnUs = 50'000;
 
@@ -49,9 +50,7 @@ int FarEnd::run(int in_fd, int out_fd) {
   link_.emplace(in_fd, out_fd);
   link_->ask_time();
   std::string trouble;
-  const auto left = [&] {
-    return link_->closed() || link_->silent_s() > (collecting_ ? kCollectSilentS : kSilentS);
-  };
+  const auto left = [&] { return link_->closed() || link_->silent_s() > longest_silence_s(); };
   while (!(all_ended() && left())) try {
       turn();
     } catch (const std::exception& e) {
@@ -73,6 +72,7 @@ void FarEnd::turn() {
   link_->add_to(fds);
   fds.push_back({door_.fd(), POLLIN, 0});
   if (bus_) fds.push_back({bus_->fd(), POLLIN, 0});
+  if (tunnel_) tunnel_->add_to(fds);
   for (const auto& c : children_) c->add_to(fds);
   const timespec timeout = poll_timeout(std::min(kLongestTurnUs, link_->due_us() - monotonic_us()));
   ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
@@ -81,11 +81,12 @@ void FarEnd::turn() {
     bus_->receive_sealed([this](std::string_view channel, std::span<const std::byte> sealed) {
       link_->send({FrameKind::kDatagram, channel, 0, 0, sealed});
     });
+  if (tunnel_) tunnel_->service();
   if (const int lane = door_.accept(); lane >= 0) link_->add_lane(lane);
   link_->service([this](const Frame& f) { take(f); });
   service_children();
   if (link_->closed()) stop_all("the launcher's host has closed the connection");
-  if (link_->silent_s() > kSilentS) stop_all("no word from the launcher's host");
+  if (link_->silent_s() > longest_silence_s()) stop_all("no word from the launcher's host");
   if (have_files_ && !started_ && !stopping_ && clock_is_known()) start();
   if (started_) steer_clocks();
   if (source_ && turned_ns_ >= looked_ns_ + kLookNs) {
@@ -103,7 +104,15 @@ void FarEnd::take(const Frame& f) {
     if (have_files_) throw std::runtime_error("a file comes too late: " + std::string(f.name));
     return sink_->take(f);
   }
+  if (f.kind == FrameKind::kPort) {
+    if (tunnel_) tunnel_->take(f);
+    return;
+  }
   if (bus_ && !f.name.empty()) bus_->publish_sealed(f.name, f.bytes);
+}
+
+double FarEnd::longest_silence_s() const {
+  return collecting_ ? kCollectSilentS : begun_ ? kSilentS : kUnbegunSilentS;
 }
 
 void FarEnd::take_hello(const std::string& text) {
@@ -155,25 +164,30 @@ void FarEnd::enter_folder(const std::string& launcher_boot_id) {
   fs::create_directories(folder_ / RunPaths::kNodes);
   fs::permissions(runs_, fs::perms::owner_all);
   hold_folder();
-  if (order_.simulated && !order_.collect) {
-    if (facts_.boot_id != launcher_boot_id)
-      throw std::runtime_error(
-          "is another computer, and the simulated instruments are at the launcher's: give them a port there, "
-          "or no host");
-    for (const std::string& node : order_.nodes) {
-      const fs::path port = RunPaths(folder_).port_path(node);
-      fs::create_directories(port.parent_path());
-      if (!fs::exists(fs::symlink_status(port)))
-        fs::create_symlink(RunPaths(order_.place).port_path(node), port);
-    }
-  }
+  if (!order_.collect) reach_simulated(launcher_boot_id);
   sink_.emplace(folder_, [this](std::string_view name) { return order_.files.contains(std::string(name)); });
   source_.emplace(folder_);
   link_->set_files([this](std::vector<std::byte>& frame) { return source_->next(frame); });
 }
 
+// On one computer the world's sockets are here, as a real instrument's cable would be.
+void FarEnd::reach_simulated(const std::string& launcher_boot_id) {
+  if (order_.simulated.empty()) return;
+  const RunPaths here(folder_), launchers(order_.place);
+  if (facts_.boot_id != launcher_boot_id || !fs::exists(launchers.path())) {
+    tunnel_.emplace(relay::PortTunnel::Side::kDrivers, here.ports_path(), order_.simulated, *link_);
+    return;
+  }
+  fs::create_directories(here.ports_path());
+  for (const std::string& port : order_.simulated) {
+    fs::remove(here.port_path(port));
+    fs::create_symlink(launchers.port_path(port), here.port_path(port));
+  }
+}
+
 void FarEnd::take_line(const std::string& process, const std::string& line) {
   if (!process.empty()) {
+    begun_ = begun_ || line == "START";
     for (const auto& c : children_)
       if (c->name() == process) c->say(line);
     return;

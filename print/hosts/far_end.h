@@ -13,6 +13,7 @@
 #include "print/process/child_process.h"
 #include "procs/bus/lcm_bus.h"
 #include "procs/relay/hello.h"
+#include "procs/relay/port_tunnel.h"
 #include "runs/folder/run_lock.h"
 #include "runtime/process_args.h"
 #include "runtime/relay/link.h"
@@ -38,8 +39,10 @@ class FarEnd {
   void take_line(const std::string& process, const std::string& line);
   void hold_folder();
   void enter_folder(const std::string& launcher_boot_id);
+  void reach_simulated(const std::string& launcher_boot_id);
   bool has(const std::string& name, const relay::FileState& state) const;
   bool clock_is_known();
+  double longest_silence_s() const;
   void start();
   void service_children();
   void steer_clocks();
@@ -59,10 +62,11 @@ class FarEnd {
   std::optional<relay::FileSource> source_;
   std::optional<relay::FileSink> sink_;
   std::optional<LcmBus> bus_;
+  std::optional<relay::PortTunnel> tunnel_;  // of simulated instruments at another computer's world
   std::vector<std::unique_ptr<ChildProcess>> children_;
   std::vector<std::string> told_ended_;
-  bool greeted_ = false, have_files_ = false, started_ = false, stopping_ = false, collecting_ = false,
-       sending_last_ = false, handed_over_ = false;
+  bool greeted_ = false, have_files_ = false, started_ = false, begun_ = false, stopping_ = false,
+       collecting_ = false, sending_last_ = false, handed_over_ = false;
   std::int64_t greeted_ns_ = 0, looked_ns_ = 0, steered_ns_ = 0, told_clock_ns_ = 0, stopped_ns_ = 0,
                turned_ns_ = 0;
 };

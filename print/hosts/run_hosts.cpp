@@ -3,6 +3,7 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 #include "config/devices.h"
@@ -29,8 +30,9 @@ RunHosts::RunHosts(const Experiment& e, const runs::RunFolder& run, const std::v
     : run_(run), orders_(host_orders(e, run, nodes)) {
   const auto simulated = simulated_ports(e);
   for (relay::HostOrder& o : orders_)
-    o.simulated = std::ranges::any_of(
-        o.nodes, [&](const auto& node) { return std::ranges::find(simulated, node) != simulated.end(); });
+    std::ranges::copy_if(o.nodes, std::back_inserter(o.simulated), [&](const auto& node) {
+      return std::ranges::find(simulated, node) != simulated.end();
+    });
 }
 
 bool RunHosts::has(const std::string& node) const {

@@ -19,7 +19,7 @@ struct HostPlace {
 HostPlace place_of(const std::string& text);
 
 /// Raised whenever a frame, a hello or a line means something else.
-inline constexpr int kProtocol = 1;
+inline constexpr int kProtocol = 2;
 
 /// The launcher's order to a host.
 struct HostOrder {
@@ -34,7 +34,7 @@ struct HostOrder {
   std::map<std::string, FileState> files;  ///< that they need, at the launcher: path in the run folder
   double slack_ms = 0.0;                   ///< most by which the host's clock may be unknown
   double silence_s = 0.0;                  ///< without a word: the host is lost
-  bool simulated = false;                  ///< an instrument there is in the simulated world
+  std::vector<std::string> simulated;      ///< ports there whose instruments are in the simulated world
   bool collect = false;                    ///< start nothing; send the records
 };
 

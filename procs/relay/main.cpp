@@ -9,6 +9,7 @@
 #include "procs/bus/bus_key.h"
 #include "procs/bus/lcm_bus.h"
 #include "procs/relay/near_end.h"
+#include "runtime/precedence.h"
 #include "runtime/process_args.h"
 
 namespace {
@@ -26,6 +27,7 @@ firn::relay::HostOrder take_order(firn::ControlLine& control) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+  const firn::Precedence precedence;  // leases and stops pass through it
   for (const int ignored : {SIGINT, SIGHUP, SIGPIPE, SIGXFSZ}) std::signal(ignored, SIG_IGN);
   const firn::ProcessArgs args = firn::parse_process_args({argv + 1, argv + argc});
   std::optional<firn::LcmBus> bus;

@@ -17,8 +17,9 @@ namespace {
 
 constexpr double kGreetedWithinS = 20.0;  // ssh, and the program there
 constexpr std::int64_t kLongestTurnUs = 100'000;
-// While records are collected nothing is at stake, and the host may be busy with their sums.
-constexpr double kCollectSilenceS = 20.0;
+// Before the start and while records are collected nothing is at stake, and the host may be busy: with its
+// processes, which all begin at one time, and with the sums of its records.
+constexpr double kCalmSilenceS = 20.0;
 // Connections beside the first one. With 20 ms and 5 % of loss a lease of 0.3 s comes too late by one
 // connection some times an hour, by three in none of the prints that were tried.
 constexpr int kLanes = 2;
@@ -35,6 +36,7 @@ NearEnd::NearEnd(HostOrder order, std::string key_line, std::filesystem::path ru
       facts_(own_facts()),
       ssh_(order_.address, shell_word(order_.program) + " host"),
       link_(ssh_.take_stream()),
+      tunnel_(PortTunnel::Side::kInstruments, RunPaths(run_).ports_path(), order_.simulated, link_),
       source_(run_),
       sink_(run_, [this](std::string_view name) { return is_made_by(order_.nodes, name); }),
       began_ns_(monotonic_ns()),
@@ -60,6 +62,7 @@ void NearEnd::turn() {
   if (bus_) fds.push_back({bus_->fd(), POLLIN, 0});
   if (!control_.closed()) fds.push_back({control_.fd(), POLLIN, 0});
   link_.add_to(fds);
+  tunnel_.add_to(fds);
   ssh_.add_to(fds);
   for (const auto& lane : lanes_) lane->add_to(fds);
   const std::int64_t wait_us = std::min(kLongestTurnUs, link_.due_us() - monotonic_us());
@@ -68,6 +71,7 @@ void NearEnd::turn() {
   listen_to_launcher();
   ssh_.service();
   for (const auto& lane : lanes_) lane->service();
+  tunnel_.service();
   if (bus_)
     bus_->receive_sealed([this](std::string_view channel, std::span<const std::byte> sealed) {
       if (started_) link_.send({FrameKind::kDatagram, channel, 0, 0, sealed});
@@ -85,7 +89,7 @@ void NearEnd::turn() {
   }
   if (!greeted_ && double(monotonic_ns() - began_ns_) * 1e-9 > kGreetedWithinS)
     throw std::runtime_error("has not answered within " + std::to_string(int(kGreetedWithinS)) + " s");
-  if (greeted_ && link_.silent_s() > (collecting_ ? kCollectSilenceS : order_.silence_s)) {
+  if (greeted_ && link_.silent_s() > (begun_ && !collecting_ ? order_.silence_s : kCalmSilenceS)) {
     char text[80];
     std::snprintf(text, sizeof text, "has said nothing for %.1f s", link_.silent_s());
     throw std::runtime_error(text);
@@ -99,6 +103,7 @@ void NearEnd::take(const Frame& f) {
   if (!greeted_) throw std::runtime_error("speaks before its hello");
   if (f.kind == FrameKind::kLine) return take_line(f.name, f.text());
   if (f.kind == FrameKind::kFile) return sink_.take(f);
+  if (f.kind == FrameKind::kPort) return tunnel_.take(f);
   if (bus_ && !f.name.empty()) bus_->publish_sealed(f.name, f.bytes);
 }
 
@@ -175,7 +180,9 @@ void NearEnd::listen_to_launcher() {
   while (const auto line = control_.next()) {
     if (line->starts_with("TO ")) {
       const std::size_t end = line->find(' ', 3);
-      link_.say(line->substr(3, end - 3), line->substr(std::min(line->size(), end + 1)));
+      const std::string order = line->substr(std::min(line->size(), end + 1));
+      begun_ = begun_ || order == "START";
+      link_.say(line->substr(3, end - 3), order);
     } else if (line->starts_with("STOP") && !collecting_) {
       collecting_ = true;
       link_.say("", "COLLECT");

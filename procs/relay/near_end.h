@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "procs/relay/hello.h"
+#include "procs/relay/port_tunnel.h"
 #include "procs/relay/ssh.h"
 #include "runtime/control_line.h"
 #include "runtime/relay/link.h"
@@ -50,12 +51,14 @@ class NearEnd {
   Ssh ssh_;
   Link link_;
   std::vector<std::unique_ptr<Ssh>> lanes_;
+  PortTunnel tunnel_;
   FileSource source_;
   FileSink sink_;
   std::ofstream facts_file_, clock_file_;
   std::int64_t began_ns_;
   bool greeted_ = false, started_ = false, files_told_ = true, collected_ = false;
-  bool collecting_;  // the processes there have ended, or never began
+  bool begun_ = false;  // the launcher has said START: instruments may act
+  bool collecting_;     // the processes there have ended, or never began
 };
 
 }  // namespace firn::relay

@@ -62,7 +62,7 @@ std::optional<Frame> FrameReader::next() {
   if (left < kLengthBytes + size) return std::nullopt;
   const std::byte* const head = from + kLengthBytes;
   const auto kind = std::uint8_t(head[0]);
-  if (kind < std::uint8_t(FrameKind::kHello) || kind > std::uint8_t(FrameKind::kTaken))
+  if (kind < std::uint8_t(FrameKind::kHello) || kind > std::uint8_t(FrameKind::kPort))
     refuse("a frame of unknown kind " + std::to_string(int(kind)));
   const std::size_t name = std::size_t(head[kHeadBytes - 1]);
   if (kHeadBytes + name > size) refuse("a name longer than its frame");

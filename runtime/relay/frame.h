@@ -20,7 +20,9 @@ enum class FrameKind : std::uint8_t {
   kFile = 4,      ///< name: path in the run folder; number: offset [bytes]; bytes: of the file from there on
   kAsk = 5,       ///< number: CLOCK_BOOTTIME [ns] of the asker
   kTell = 6,      ///< number: as asked; second: CLOCK_BOOTTIME [ns] of the answerer
-  kTaken = 7,     ///< number: bytes of kDatagram and kFile frames taken since the beginning
+  kTaken = 7,     ///< number: bytes of the frames taken since the beginning that go in turn
+  /// name: port; number: of the piece; second: of the connection; bytes: of a simulated instrument or to it.
+  kPort = 8,
 };
 
 struct Frame {

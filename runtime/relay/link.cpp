@@ -46,8 +46,7 @@ bool Link::closed() const { return lanes_.front()->closed; }
 
 void Link::send(const Frame& frame) {
   lanes_.front()->queue.add(frame);
-  if (frame.kind != FrameKind::kLine && !(frame.kind == FrameKind::kDatagram && goes_at_once(frame.name)))
-    return;
+  if (frame.kind == FrameKind::kHello || goes_in_turn(frame)) return;
   for (std::size_t n = 1; n < lanes_.size(); ++n) lanes_[n]->queue.add(frame);
 }
 
@@ -124,6 +123,9 @@ void Link::handle(Lane& lane, const Frame& frame, const Take& take) {
     case FrameKind::kDatagram:
     case FrameKind::kFile:
       lane.taken += std::int64_t(wire_bytes(frame));
+      return take(frame);
+    case FrameKind::kPort:
+      if (goes_in_turn(frame)) lane.taken += std::int64_t(wire_bytes(frame));
       return take(frame);
     case FrameKind::kHello:
       return take(frame);

@@ -32,9 +32,9 @@ class Link {
   void add_lane(int fd);
 
   using Take = std::function<void(const Frame&)>;
-  /// Reads and hands on hello, lines, datagrams and files; answers the rest itself; writes frames that may
-  /// leave. Datagrams that came by several lanes are handed on as often. @throws std::runtime_error: no
-  /// frames come
+  /// Reads and hands on hello, lines, datagrams, files and bytes of ports; answers the rest itself; writes
+  /// frames that may leave. Datagrams and bytes of ports that came by several lanes are handed on as often.
+  /// @throws std::runtime_error: no frames come
   void service(const Take& take);
   void add_to(std::vector<pollfd>& fds) const;
   /// Waits until the last service() is kCalmNs ago: a profiler's thousand rows a second are relayed some at a
@@ -51,6 +51,7 @@ class Link {
   /// Asks for the other's time from now on: kFirstAsks times quickly, then every kAskEveryNs.
   void ask_time() { asks_ = true; }
   const PeerClock& peer_clock() const { return clock_; }
+  std::size_t waiting_bytes() const { return lanes_.front()->queue.waiting_bytes(); }
   bool closed() const;  ///< the first stream has ended, and all it said was taken
   /// Seconds since the last byte came.
   double silent_s() const;

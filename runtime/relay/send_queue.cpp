@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "lcmtypes/channels.h"
+#include "runtime/port_rate.h"
 
 namespace firn::relay {
 namespace {
@@ -21,10 +22,16 @@ bool goes_at_once(std::string_view channel) {
          channel.starts_with("FAULT_") || channel.starts_with("HEARTBEAT_") || channel.starts_with("RESEND_");
 }
 
+bool goes_in_turn(const Frame& f) {
+  if (f.kind == FrameKind::kDatagram) return !goes_at_once(f.name);
+  if (f.kind == FrameKind::kPort) return port_rate(f.name).bytes_per_s > kMostAtOnce;
+  return f.kind == FrameKind::kFile;
+}
+
 void SendQueue::add(const Frame& f) {
   Waiting w;
-  w.counts = f.kind == FrameKind::kDatagram || f.kind == FrameKind::kFile;
-  const bool first = f.kind != FrameKind::kDatagram || goes_at_once(f.name);
+  w.counts = f.kind == FrameKind::kDatagram || goes_in_turn(f);
+  const bool first = !goes_in_turn(f);
   std::deque<Waiting>& queue = first ? at_once_ : in_turn_;
   std::size_t& bytes = first ? at_once_bytes_ : in_turn_bytes_;
   if (f.kind == FrameKind::kDatagram) {

@@ -16,6 +16,10 @@ namespace firn::relay {
 
 /// Datagrams of this channel go before all others: leases, stops, faults, heartbeats, requests to resend.
 bool goes_at_once(std::string_view channel);
+/// Frames that wait for others, and whose bytes on the way are bounded: other datagrams, files, and the bytes
+/// of ports whose instruments may send more than kMostAtOnce bytes/s.
+bool goes_in_turn(const Frame& frame);
+inline constexpr double kMostAtOnce = 1e6;
 
 class SendQueue {
  public:

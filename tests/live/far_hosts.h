@@ -30,7 +30,9 @@ class FarHosts {
   /// Returns a program that is firn with these variables set: "LD_PRELOAD=x.so A=b". Its processes have them
   /// too. @param days by which its monotonic clocks are ahead: a time namespace
   std::string firn_with(const std::string& variables, int days = 0) const;
-  /// Folder of the hosts' records: FOLDER/HOST/firn/hosts.
+  /// Returns a program that is firn on a computer which was booted apart from this one.
+  std::string firn_elsewhere() const;
+  /// Folder of the hosts' records: FOLDER/HOST/firn/hosts; of what is installed there: FOLDER/HOST/data.
   const std::filesystem::path& folder() const { return folder_; }
 
  private:

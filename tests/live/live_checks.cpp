@@ -74,6 +74,16 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
   CHECK(moves_since_us == -1);
 }
 
+double unsafe_for_s(const LiveRun& run, std::int64_t mono_ns) {
+  const std::int64_t from_us = run.node_time_us(mono_ns);
+  const plant::WorldHistory world = plant::read_history(run.folder().world_record_path());
+  std::int64_t last_us = from_us;
+  for (const auto& shot : world.shots)
+    if (shot.outcome == plant::ShotOutcome::kFired) last_us = std::max(last_us, shot.t_us);
+  for (const auto& lamp : world.lamp) last_us = std::max(last_us, lamp.t_us);
+  return double(last_us - from_us) * 1e-6;
+}
+
 int status_of(LiveRun& run) {
   const bool started = run.wait_started();
   INFO(run.path() << "\n" << run.said());

@@ -14,6 +14,8 @@ bool skipped();
 /// By the world's own record: nothing fires, no lamp is open and no arm moves later than 1 s of wall time
 /// after `mono_ns`.
 void check_safe_after(const LiveRun& run, std::int64_t mono_ns);
+/// By the world's record, in node time after `mono_ns`: the last shot and the end of the last exposure. [s]
+double unsafe_for_s(const LiveRun& run, std::int64_t mono_ns);
 
 /// Makes a folder with the programs of a print, one of them replaced by a script of the shell. @returns it
 std::filesystem::path programs_with(const std::filesystem::path& folder, const std::string& name,

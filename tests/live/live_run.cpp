@@ -237,8 +237,9 @@ int LiveRun::wait() {
 // "" if the last stop was of another kind: the words are those of a print that names its lateness, and of
 // drivers whose instrument's answer was read too late.
 std::string LiveRun::late_stop() const {
-  constexpr std::string_view kLate[] = {"stood still", "said nothing",  "no good reply",   "no answer",
-                                        "link lost",   "no height map", "rows of its scan"};
+  constexpr std::string_view kLate[] = {
+      "stood still", "said nothing",  "no good reply",    "no answer",
+      "link lost",   "no height map", "rows of its scan", "has a clock that is known to"};
   std::string last;
   std::istringstream lines(said());
   for (std::string line; std::getline(lines, line);)

@@ -31,7 +31,7 @@ Frame frame_of(const Kept& k) {
 std::vector<Kept> random_frames(std::mt19937& random, int count) {
   std::vector<Kept> frames;
   for (int n = 0; n < count; ++n) {
-    Kept k{FrameKind(1 + random() % 7), std::string(random() % 256, 'a' + char(random() % 26)),
+    Kept k{FrameKind(1 + random() % 8), std::string(random() % 256, 'a' + char(random() % 26)),
            std::int64_t(random()) << 31, -std::int64_t(random()),
            std::string(random() % 3000, char(random()))};
     frames.push_back(k);
@@ -110,6 +110,28 @@ TEST_CASE("a frame beyond the limits is not sent", "[relay]") {
   const std::string name(kMaxNameBytes + 1, 'n');
   CHECK_THROWS_AS(append_frame({FrameKind::kFile, name, 0, 0, {}}, to), std::length_error);
   CHECK(to.empty());
+}
+
+TEST_CASE("bytes of a port that may be many wait for their turn, those of others go before all messages",
+          "[relay]") {
+  SendQueue queue;
+  queue.add(frame_of(datagram("HEIGHT_MAP", "map")));
+  const auto add = [&](const std::string& port, std::int64_t piece) {
+    queue.add(frame_of({FrameKind::kPort, port, piece, 1, "bytes"}));
+  };
+  for (std::int64_t piece = 1; piece < 4; ++piece) {
+    add("laser_profiler", piece);
+    add("lamp", piece);
+  }
+  std::vector<std::string> names;
+  std::vector<std::int64_t> pieces;
+  for (const Kept& k : all_of(queue)) {
+    names.push_back(k.name);
+    pieces.push_back(k.number);
+  }
+  CHECK(names == std::vector<std::string>{"lamp", "lamp", "lamp", "HEIGHT_MAP", "laser_profiler",
+                                          "laser_profiler", "laser_profiler"});
+  CHECK(pieces == std::vector<std::int64_t>{1, 2, 3, 0, 1, 2, 3});
 }
 
 TEST_CASE("a stop leaves before all maps that wait", "[relay]") {
