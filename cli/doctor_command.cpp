@@ -159,7 +159,7 @@ std::vector<Check> checks_of_host(const Experiment& lab, const std::string& host
   checks.push_back(
       {"host " + host, same,
        "answers, with its own checks in " + for_people(took_s) + " s; " + told.value("platform", ""),
-       same ? "" : "it has another build of firn: install the same package on both"});
+       same ? "" : "it has another build of firn: firn host --install LAB copies this one there"});
   for (const auto& c : told.value("checks", nlohmann::ordered_json::array()))
     checks.push_back({host + ": " + c.value("check", ""), c.value("ok", false), c.value("found", ""),
                       c.value("mend", "")});

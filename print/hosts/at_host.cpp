@@ -23,6 +23,7 @@
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "procs/relay/hello.h"
+#include "procs/relay/ssh.h"
 
 extern char** environ;
 
@@ -30,7 +31,6 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kSshFailed = 255;
 
 std::string hex_of(std::string_view text) {
   constexpr char kDigits[] = "0123456789abcdef";
@@ -124,7 +124,7 @@ int run_at_host(const Experiment& lab, const std::string& host, const std::strin
                 std::string* output) {
   const bool person = !output && ::isatty(STDIN_FILENO) && ::isatty(STDOUT_FILENO);
   const int status = run_words(words_at_host(lab, host, command, words, files, person), output);
-  if (status != kSshFailed) return status;
+  if (status != relay::kSshFailed) return status;
   std::fprintf(stderr, "host %s (%s) cannot be reached by ssh; docs/hosts.md\n", host.c_str(),
                lab.hosts.address.at(host).c_str());
   return kSafetyStop;

@@ -107,7 +107,7 @@ HostFacts own_facts() {
 std::string unlike(const HostFacts& launcher, const HostFacts& host) {
   if (launcher.protocol != host.protocol || launcher.sources != host.sources)
     return "has another build of firn: " + host.version + " (" + host.commit + "), here " + launcher.version +
-           " (" + launcher.commit + "); install the same package on both";
+           " (" + launcher.commit + "); firn host --install LAB copies this one there";
   return "";
 }
 

@@ -34,8 +34,8 @@ std::string ssh_trouble(const std::string& said, const std::string& address, con
     return last + "; `ssh " + address + "` must work without a password: ssh-copy-id " + address;
   if (has("Could not resolve hostname")) return last + "; the name in [hosts] must be one that ssh knows";
   if (has("not found") || has("No such file"))
-    return last + "; install firn there, or say where it is: \"" + address + ":/path/to/firn\" instead of " +
-           program;
+    return last + "; install firn there (firn host --install LAB copies this one), or say where it is: \"" +
+           address + ":/path/to/firn\" instead of " + program;
   if (has("timed out") || has("No route to host") || has("refused"))
     return last + "; is the computer on, and its sshd?";
   return last;

@@ -11,6 +11,8 @@ struct pollfd;
 
 namespace firn::relay {
 
+inline constexpr int kSshFailed = 255;  ///< exit code of ssh where the connection failed
+
 class Ssh {
  public:
   /// Starts `ssh ADDRESS COMMAND`, by the user's keys and configuration, never asking for a password.

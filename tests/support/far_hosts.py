@@ -153,7 +153,7 @@ class FarHosts:
         sshd = shutil.which("sshd")
         words = ["ip", "netns", "exec", self.spaces[name], sshd, "-D", "-e", "-f", "/dev/null", "-h", self.folder / "host", "-o",
                  f"AuthorizedKeysFile={self.folder}/authorized", "-o", "StrictModes=no", "-o", "UsePAM=no", "-o", "PidFile=none", "-o",
-                 "PermitRootLogin=yes", "-o", f"SetEnv=XDG_STATE_HOME={self.folder / name}"]
+                 "PermitRootLogin=yes", "-o", f"SetEnv=XDG_STATE_HOME={self.folder / name} XDG_DATA_HOME={self.folder / name}/data"]
         with open(self.folder / f"{name}.sshd", "ab") as out:
             self.daemon[name] = subprocess.Popen([str(w) for w in words], stdin=subprocess.DEVNULL, stdout=out, stderr=out, start_new_session=True)
 
