@@ -189,6 +189,23 @@ def edges():
     return "\n".join(lines) + "\n"
 
 
+def edge_outlines():
+    """A row a part and value of plant.slope_bias_mm: overspill and missing volume of each scheme with its interval, and its RMS."""
+    study = results("edge-outlines")
+    names = {"MPC": "MPC, centres", "threshold inset 0.125": "threshold, inset 0.125", "SMF inset 0.375": "SMF, inset 0.375",
+             "MPC along x": "MPC along x", "MPC 4 x 4": "MPC 4 x 4"}
+    lines = ["|part|b [um]|" + "|".join(names.values()) + "|", "|-|-:|" + "-:|" * len(names)]
+    for part in study["parts"]:
+        name, b, _ = part.rsplit(" ", 2)
+        cells = []
+        for scheme in names:
+            misplaced, rms = metric(study, scheme, "misplaced_pct", part), metric(study, scheme, "rms_um", part)
+            cells.append([(misplaced["mean"], f"{interval(misplaced, 1)}; {plain(rms, 1)}")])
+        bold_least(cells, 0)
+        lines.append("|" + "|".join([name, b] + [text for ((_, text),) in cells]) + "|")
+    return "\n".join(lines) + "\n"
+
+
 def schemes():
     names = {"open loop": "open loop", "threshold": "threshold [Cohen and Lipson]", "SMF": "SMF", "MPC greedy": "MPC, greedy",
              "MPC strips": "MPC, strips"}
@@ -239,7 +256,7 @@ def aerosol_thompson():
                                         ("overspray [%]", "overspray_pct", 2), ("camera", "seen_overspray_pct", 2))])
 
 
-TABLES = {"aerosol": aerosol, "aerosol-width": aerosol_width, "aerosol-thompson": aerosol_thompson, "cylinder": cylinder, "edges": edges, "mpc-held-out": mpc_held_out, "schemes": schemes,
+TABLES = {"aerosol": aerosol, "aerosol-width": aerosol_width, "aerosol-thompson": aerosol_thompson, "cylinder": cylinder, "edges": edges, "edge-outlines": edge_outlines, "mpc-held-out": mpc_held_out, "schemes": schemes,
           "ice": ice, "ice-roughness": ice_roughness, "worlds": worlds, "worlds-auto": worlds_auto,
           "worlds-pareto": worlds_pareto, "worlds-profiles": worlds_profiles}
 
