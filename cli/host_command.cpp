@@ -1,6 +1,5 @@
 // run_host serves a print that another computer's launcher runs: the processes that its lab file puts here.
-// With
-// --install it copies this build to the other computers of a lab.
+// With --install it copies this build to the other computers of a lab.
 #include "cli/commands.h"
 
 #include <unistd.h>

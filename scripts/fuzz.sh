@@ -24,7 +24,7 @@ else
   seconds=${1:-30}
   [ $# -gt 0 ] && shift
 fi
-targets=${*:-"fuzz_record_file fuzz_packed fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_ice_codecs fuzz_valve_firmware fuzz_heater_firmware fuzz_experiment fuzz_study fuzz_machine fuzz_paths fuzz_trajectory fuzz_mesh fuzz_path_file fuzz_slice fuzz_write_ahead fuzz_restore fuzz_config_message fuzz_vplus fuzz_world_record fuzz_world_state fuzz_run_documents fuzz_png fuzz_3mf fuzz_study_journal fuzz_layer_record fuzz_lcm_packet fuzz_relay fuzz_own_message fuzz_device_lines fuzz_cassette fuzz_client_frame fuzz_droplets fuzz_line_picture"}
+targets=${*:-"fuzz_record_file fuzz_packed fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_ice_codecs fuzz_valve_firmware fuzz_heater_firmware fuzz_experiment fuzz_study fuzz_machine fuzz_paths fuzz_trajectory fuzz_mesh fuzz_path_file fuzz_slice fuzz_write_ahead fuzz_restore fuzz_config_message fuzz_vplus fuzz_world_record fuzz_world_state fuzz_run_documents fuzz_png fuzz_3mf fuzz_study_journal fuzz_layer_record fuzz_lcm_packet fuzz_print_queue fuzz_relay fuzz_own_message fuzz_device_lines fuzz_cassette fuzz_client_frame fuzz_droplets fuzz_line_picture"}
 
 if [ -z "${FIRN_FUZZ_BUILT:-}" ]; then
   cmake --preset fuzz >/dev/null

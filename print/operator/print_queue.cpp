@@ -124,19 +124,22 @@ void PrintQueue::end(std::int64_t id, const std::string& run, const std::string&
 fs::path queue_file(const fs::path& runs) { return runs / "queue.json"; }
 
 PrintQueue read_queue(const fs::path& file) {
+  return fs::exists(file) ? parse_queue(read_file(file), file.string()) : PrintQueue();
+}
+
+PrintQueue parse_queue(const std::string& text, const std::string& name) {
   PrintQueue q;
-  if (!fs::exists(file)) return q;
   try {
-    const QueueJson j = QueueJson::parse(read_file(file));
+    const QueueJson j = QueueJson::parse(text);
     if (j.at("version").get<int>() != kVersion)
-      throw UsageError(file.string() + ": a queue of version " + j.at("version").dump() +
+      throw UsageError(name + ": a queue of version " + j.at("version").dump() +
                        "; this program knows version " + std::to_string(kVersion));
     j.at("next_id").get_to(q.next_id);
     j.at("cleared_by").get_to(q.cleared_by);
     j.at("cleared_utc").get_to(q.cleared_utc);
     for (const QueueJson& p : j.at("prints")) q.prints.push_back(queued_print(p));
   } catch (const QueueJson::exception& e) {
-    throw UsageError(file.string() + ": is no queue of prints: " + e.what());
+    throw UsageError(name + ": is no queue of prints: " + e.what());
   }
   return q;
 }
@@ -162,7 +165,7 @@ QueueChange::QueueChange(const fs::path& file) : file_(file) {
 
 QueueChange::~QueueChange() { ::close(lock_); }
 
-void QueueChange::save() const {
+std::string to_text(const PrintQueue& queue) {
   QueueJson prints = QueueJson::array();
   for (const QueuedPrint& p : queue.prints) prints.push_back(to_json(p));
   const QueueJson j{{"version", kVersion},
@@ -170,8 +173,10 @@ void QueueChange::save() const {
                     {"cleared_by", queue.cleared_by},
                     {"cleared_utc", queue.cleared_utc},
                     {"prints", prints}};
-  write_file_atomically(file_, j.dump(2, ' ', false, QueueJson::error_handler_t::replace) + "\n");
+  return j.dump(2, ' ', false, QueueJson::error_handler_t::replace) + "\n";
 }
+
+void QueueChange::save() const { write_file_atomically(file_, to_text(queue)); }
 
 QueueTurn::QueueTurn(const fs::path& file) {
   const fs::path lock = beside(file, ".turn");

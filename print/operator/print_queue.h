@@ -51,8 +51,12 @@ inline constexpr std::size_t kMaxQueued = 1000;
 
 /// Returns RUNS/queue.json.
 std::filesystem::path queue_file(const std::filesystem::path& runs);
-/// Returns the queue; an empty one where there is no file.
+/// Returns the queue that the text of a file says. @param name of the file, for errors
 /// @throws UsageError naming file and requirement
+PrintQueue parse_queue(const std::string& text, const std::string& name);
+std::string to_text(const PrintQueue& queue);
+/// Returns the queue; an empty one where there is no file.
+/// @throws UsageError as parse_queue()
 PrintQueue read_queue(const std::filesystem::path& file);
 
 /// Holds RUNS/queue.lock while a queue is changed: no other command changes it meanwhile. The system gives

@@ -8,6 +8,7 @@
 #include "files/record/event_format.h"
 #include "files/record/record_file.h"
 #include "plant/world/world.h"
+#include "print/operator/print_queue.h"
 #include "procs/bus/lcm_packet.h"
 #include "procs/relay/hello.h"
 #include "runtime/relay/frame.h"
@@ -144,6 +145,17 @@ void seed_datagrams(const Seed& seed) {
 }
 
 void seed_foreign(const Seed& seed) {
+  PrintQueue queue;
+  QueuedPrint print;
+  print.experiment = "/a/part.toml";
+  print.overrides = {"part.height_mm=0.1"};
+  queue.add(print, false);
+  queue.add(print, true);
+  queue.begin(2);
+  queue.end(2, "runs/r", "the jet is disconnected");
+  queue.clear("Ada");
+  const std::string queue_text = to_text(queue);
+  seed("fuzz_print_queue", "two", as_span(std::string_view(queue_text)));
   seed("fuzz_client_frame", "set",
        as_span(std::string_view(
            R"({"type":"command","id":7,"token":"t","command":"set","key":"a.b","value":"1"})")));
