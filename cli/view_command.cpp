@@ -7,6 +7,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,10 @@ int run_view(const Product& product, const ViewOptions& o) {
   const StopSignal stop;
   page::ServerOptions s;
   s.places.assign(o.runs.begin(), o.runs.end());
-  if (s.places.empty()) s.places.emplace_back(default_runs_folder().folder);
+  if (s.places.empty()) {
+    s.places.emplace_back(default_runs_folder().folder);
+    std::filesystem::create_directories(s.places.front());  // before the first print: an empty list
+  }
   s.bind = o.bind;
   s.port = o.port;
   s.hosts = o.hosts;

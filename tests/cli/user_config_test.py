@@ -60,6 +60,17 @@ class UserConfiguration(Case):
             self.assertEqual([Path(run["run"]).parent.name for run in listed], [name])
         self.assertFalse((self.place / "runs").exists())
 
+    def test_the_page_is_there_before_the_first_print_and_a_folder_that_is_named_must_be(self):
+        page = subprocess.Popen([FIRN, "view", "--json"], cwd=self.place, env=self.environment | {"FIRN_RUNS": str(self.place / "a/b")},
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+        self.addCleanup(page.stdout.close)
+        self.addCleanup(page.wait)
+        self.addCleanup(page.kill)
+        self.assertIn("http://", page.stdout.readline())
+        self.assertEqual(list((self.place / "a/b").iterdir()), [])
+        done = self.say("view", self.place / "none")
+        self.assertEqual((done.returncode, "none: no such folder" in done.stderr), (2, True), done.stderr)
+
     def test_the_user_s_name_is_the_operator_of_prints_that_name_none_and_the_author_of_notes(self):
         self.write('[user]\nname = "Ada Lovelace"\n')
         labelled = [ROOT / "experiments/labelled.toml", "--bus", "in-process", "--json"]

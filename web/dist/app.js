@@ -130,6 +130,7 @@ THE SOFTWARE. */
         ${v.chosen.length>0&&x`<${Kl} runs=${v.chosen} />`}
       </div>
       ${p&&d?.asked===p&&d.trouble&&x`<p class="bad" role="alert">${d.trouble}</p>`}
+      ${v.runs?.length===0&&x`<p>No print yet: <code>firn print EXPERIMENT</code> begins one, and it is shown here.</p>`}
       <p class="soft">${Du}. ${Xm}.</p>
       <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table class="stack">
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>

@@ -53,6 +53,7 @@ export function Runs() {
         ${view.chosen.length > 0 && html`<${ReportLink} runs=${view.chosen} />`}
       </div>
       ${asked && answer?.asked === asked && answer.trouble && html`<p class="bad" role="alert">${answer.trouble}</p>`}
+      ${view.runs?.length === 0 && html`<p>No print yet: <code>firn print EXPERIMENT</code> begins one, and it is shown here.</p>`}
       <p class="soft">${kThumbnailWords}. ${kOfMap}.</p>
       <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table class="stack">
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>
