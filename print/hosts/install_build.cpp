@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kDigestDigits = 12;
 
-// What a process of a print needs at a host (runtime/build_info.h has all of it in its digest).
+// Files that a process of a print needs at a host (runtime/build_info.h has all of it in its digest).
 std::vector<std::string> files_of(const fs::path& home) {
   std::vector<std::string> names{"bin/firn", "bin/relay", "bin/world", "bin/recorder", "bin/page"};
   for (const NodeInfo& n : nodes()) names.push_back("bin/" + std::string(n.name));

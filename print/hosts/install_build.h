@@ -20,8 +20,7 @@ std::string build_folder_name();
 /// "$XDG_DATA_HOME/firn/current" point to it. Each file is compared by its SHA-256 there, and the program is
 /// started once, before the folder has its name; a copy that is there and sound stays as it is.
 /// @param address as ssh has it @param home of this build: its programs are in home/bin
-/// @throws std::runtime_error why it cannot be had there, and what helps; what was there before is there
-/// still
+/// @throws std::runtime_error why it cannot be had there, and the remedy; the build before it stays
 InstalledBuild install_build(const std::string& address, const std::filesystem::path& home);
 
 }  // namespace firn

@@ -32,7 +32,7 @@ class FarHosts {
   std::string firn_with(const std::string& variables, int days = 0) const;
   /// Returns a program that is firn on a computer which was booted apart from this one.
   std::string firn_elsewhere() const;
-  /// Folder of the hosts' records: FOLDER/HOST/firn/hosts; of what is installed there: FOLDER/HOST/data.
+  /// Folder of the hosts' records: FOLDER/HOST/firn/hosts; of installed builds: FOLDER/HOST/data.
   const std::filesystem::path& folder() const { return folder_; }
 
  private:

@@ -1,6 +1,6 @@
 // Prints whose instruments are at other computers: network namespaces with an sshd each, behind lines that
 // delay, lose and are cut. FIRN_HOST_KILLS=N draws so many moments of loss, FIRN_HOST_SEED=S is the first,
-// and FIRN_HOST_LOSS="line cut" fixes what is lost.
+// and FIRN_HOST_LOSS="line cut" fixes the loss.
 #include <signal.h>
 #include <unistd.h>
 
@@ -137,7 +137,7 @@ TEST_CASE("hosts that cannot be had are named with what helps, before the first 
 TEST_CASE("a computer that is busy before the start, when nothing is at stake, does not lose the print",
           "[hosts]") {
   if (no_hosts()) return;
-  constexpr unsigned kBusy_us = 1'500'000;  // well above run.lease_s and what a print's line may be silent
+  constexpr unsigned kBusy_us = 1'500'000;  // well above the longest silence of a print's line
   FarHosts hosts({"bench", "attic"});
   LiveRun run(part_on_hosts(14));
   run.start(false);

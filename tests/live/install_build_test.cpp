@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A home of this build that has these programs alone, without what debuggers need.
+/// A home of this build that has these programs alone, without symbols for debuggers.
 fs::path small_home(const TempFolder& folder, const std::vector<std::string>& programs) {
   fs::create_directories(folder.path() / "bin");
   for (const std::string& name : programs)

@@ -4,8 +4,9 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <functional>
-#include <memory>
+#include <optional>
 #include <random>
 #include <string>
 
