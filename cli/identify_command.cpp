@@ -146,6 +146,7 @@ ordered_json places_json(const std::string& run, const PlaceIdentification& id) 
     ordered_json heights_um = ordered_json::array();
     for (const double h : id.prints.kernels[std::size_t(n)].height_mm) heights_um.push_back(h * 1e3);
     places.push_back({{"place", n},
+                      {"small", id.table.small(n)},
                       {"x", id.table[n].x},
                       {"y", id.table[n].y},
                       {"mixed_error", id.mixed_error[std::size_t(n)]},
@@ -158,6 +159,7 @@ ordered_json places_json(const std::string& run, const PlaceIdentification& id) 
           {"layers", id.layers},
           {"droplets", id.prints.droplets},
           {"drop_height_um", id.prints.drop_height_mm * 1e3},
+          {"small_drop_height_um", id.prints.small_drop_height_mm * 1e3},
           {"places", places},
           {"keys", identified ? places_toml(id) : ""}};
 }
@@ -174,6 +176,8 @@ int identify_places_of(const IdentifyOptions& options, const ObservedRun& observ
   } else if (id.uninformative.empty()) {
     fmt::print("# {} droplets alone; a droplet adds {:.3f} um over all cells\n", id.prints.droplets,
                id.prints.drop_height_mm * 1e3);
+    if (id.prints.small_drop_height_mm > 0.0)
+      fmt::print("# a small one {:.3f} um\n", id.prints.small_drop_height_mm * 1e3);
     fmt::print("# {:>5} {:>7} {:>7} {:>14} {:>32}\n", "place", "x", "y", "own cell [um]",
                "mixture of h1..h3 is off by");
     for (int n = 1; n < id.table.size(); ++n)

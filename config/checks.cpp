@@ -15,6 +15,7 @@
 #include "core/control/controller.h"
 #include "core/control/python_scheme.h"
 #include "core/deposition/offset_change.h"
+#include "drivers/jet/jet_driver.h"
 
 namespace firn {
 namespace {
@@ -195,6 +196,17 @@ void check_model(Rules& r) {
   r.at_most("model.g3_mm", m.g3_mm, "model.g1_mm", m.g1_mm);
 }
 
+// A second size of droplet is a second waveform.
+void check_small(Rules& r) {
+  const Experiment& e = r.experiment();
+  const bool python = is_python_driver(e, "jet");
+  const std::string problem =
+      python ? "a driver in Python has one size of droplet" : drivers::small_refusal(e.jet);
+  r.require(problem.empty(), {"actuation.small_share", "jet.small_dwell_v", "jet.kind"}, problem);
+  r.require(!has_two_jets(e), {"actuation.small_share"},
+            "small droplets are of one ink; this experiment prints two");
+}
+
 void check_actuation(Rules& r) {
   const Experiment& e = r.experiment();
   std::string problem;
@@ -205,7 +217,12 @@ void check_actuation(Rules& r) {
     problem = why.what();
   }
   r.require(problem.empty(), {"actuation.heights_mm", "actuation.offsets"}, problem);
+  const bool small = e.actuation.small_share > 0.0;
+  r.require(!small || e.actuation.offsets != OffsetKind::kNone,
+            {"actuation.small_share", "actuation.offsets"},
+            "small droplets are chosen with their places: actuation.offsets = \"x\" or \"grid\"");
   if (e.actuation.offsets == OffsetKind::kNone) return;
+  if (small) check_small(r);
   const plant::NatureName* nature = plant::nature_name(e.plant.model);
   r.require(!nature || nature->between_cells, {"actuation.offsets", "plant.model"},
             "plant.model = \"" + e.plant.model +

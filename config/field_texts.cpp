@@ -6,6 +6,21 @@
 #include "config/field_rules.h"
 
 namespace firn {
+namespace {
+
+// A long list in several lines, since a line is read up to a limit (config/text_limits.h).
+std::string in_lines(const Field& f) {
+  constexpr std::size_t kOneLine = 1900, kLine = 100;
+  const std::string text = value_text(f);
+  if (text.size() <= kOneLine || !std::holds_alternative<std::vector<double>*>(f.value)) return text;
+  std::string out;
+  std::size_t from = 0;
+  for (std::size_t comma; (comma = text.find(", ", from + kLine)) != std::string::npos; from = comma + 2)
+    out += text.substr(from, comma + 1 - from) + "\n  ";
+  return out + text.substr(from);
+}
+
+}  // namespace
 
 std::string fields_toml(const std::vector<Field>& fields) {
   std::string out;
@@ -15,7 +30,7 @@ std::string fields_toml(const std::vector<Field>& fields) {
       section = f.section();
       out += (out.empty() ? "[" : "\n[") + std::string(section) + "]\n";
     }
-    out += std::string(f.name()) + " = " + value_text(f) + "\n";
+    out += std::string(f.name()) + " = " + in_lines(f) + "\n";
   }
   return out;
 }

@@ -70,7 +70,8 @@ class Audit {
     for (std::uint32_t c = 0; part && c < drops.size(); ++c) {
       const int i = int(c) % drops.spec.nx, j = int(c) / drops.spec.nx;
       const Material ink = plan.materials.cells.empty() ? Material::kA : plan.materials.of(c);
-      if (sub_pattern_of(i, j, part->sub_patterns) != part->sub_pattern || ink != part->material)
+      if (sub_pattern_of(i, j, part->sub_patterns) != part->sub_pattern || ink != part->material ||
+          placement.small(c) != small_of(o))
         drops.cells[c] = 0;
     }
     return firing_order(drops, part ? part->round : o.pass, placement);
@@ -80,6 +81,22 @@ class Audit {
   static bool at_places_of(const PlannedLayer& plan, const PassOrder& o) {
     return std::ranges::all_of(o.cells,
                                [&](std::uint32_t c) { return o.placement.map.of(c) == plan.offsets.of(c); });
+  }
+
+  // The size of a pass's droplets is that of the first one; the others must have it too.
+  static bool small_of(const PassOrder& o) { return !o.cells.empty() && o.placement.small(o.cells.front()); }
+
+  // Each pass has droplets of the size for which the jet was last armed.
+  void check_size(const PassOrder& o) {
+    if (record_.arms.empty()) return;
+    const bool small = small_of(o);
+    const auto next = std::ranges::upper_bound(record_.arms, o.t_us, {}, &ArmOrder::t_us);
+    const bool armed_small = next != record_.arms.begin() && std::prev(next)->small;
+    if (armed_small != small ||
+        std::ranges::any_of(o.cells, [&](std::uint32_t c) { return o.placement.small(c) != small; }))
+      add(ViolationKind::kOtherSize, pass_name(o) +
+                                         ": its droplets are not of the size for which the jet "
+                                         "was armed");
   }
 
   // For a pass that was cut off before its report, no record holds its part of the layer.
@@ -160,6 +177,7 @@ class Audit {
       add(ViolationKind::kOtherCells, pass_name(o) +
                                           ": the stage was sent to other cells than the plan of map " +
                                           std::to_string(plan->map_id) + " names");
+    check_size(o);
     if (given_again(n)) return;
     const PassReport* r = index_.report_of(o);
     if (!r) {
@@ -332,7 +350,7 @@ class Audit {
     const StagePlace& at = o.places[std::size_t(place_[c])];
     const Offset reached{wanted.x + (s.x_mm - at.x_mm) / o.grid.pitch_x_mm,
                          wanted.y + (s.y_mm - at.y_mm) / o.grid.pitch_y_mm};
-    if (o.placement.table.nearest(reached) != o.placement.map.of(c))
+    if (o.placement.table.nearest(reached) != o.placement.table.place(o.placement.map.of(c)))
       add(ViolationKind::kBesidePlace, pass_name(o) + ": a droplet on " + cell(o.grid, c) + " at (" +
                                            std::to_string(reached.x) + ", " + std::to_string(reached.y) +
                                            ") of the pitch instead of (" + std::to_string(wanted.x) + ", " +

@@ -58,6 +58,7 @@ enum class ViolationKind : std::uint8_t {
   kCellTwice,
   kCellNotCommanded,
   kBesidePlace,       ///< not at the cell's place inside it
+  kOtherSize,         ///< the jet was armed for droplets of another size
   kCellNotTriggered,  ///< though reported as done
   kCellNotReported,   ///< triggered though reported as not done
   kNotCommanded,      ///< fired before anything was commanded

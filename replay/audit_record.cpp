@@ -12,6 +12,7 @@
 #include "firn/enable_t.hpp"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
+#include "firn/jet_command_t.hpp"
 #include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
@@ -78,13 +79,21 @@ AuditRecord read_audit_record(const std::filesystem::path& run, const OffsetTabl
       r.plans.push_back({m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops),
                          materials_of(m), offsets_of(m)});
   });
-  std::set<std::pair<std::int32_t, std::int64_t>> two_inks;  // layer, map of a plan of two inks
+  // Layer and map of a plan of two inks, or of two sizes of droplet.
+  std::set<std::pair<std::int32_t, std::int64_t>> in_parts;
   for (const PlannedLayer& plan : r.plans)
-    if (!plan.materials.cells.empty()) two_inks.emplace(plan.layer, plan.map_id);
+    if (!plan.materials.cells.empty() ||
+        std::ranges::any_of(plan.offsets.cells, [&](std::uint8_t place) { return places.small(place); }))
+      in_parts.emplace(plan.layer, plan.map_id);
+  if (places.places() < places.size())
+    messages.each<jet_command_t>(channels::kJetCommand.name, [&](const jet_command_t& m) {
+      if (JetVerb(m.verb) == JetVerb::kArm || JetVerb(m.verb) == JetVerb::kArmSmall)
+        r.arms.push_back({m.header.utime_us, JetVerb(m.verb) == JetVerb::kArmSmall});
+    });
   messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
     r.reports.push_back(
         {m.header.utime_us, m.layer, m.attempt, m.pass_index, m.map_id, m.unknown_from, m.unknown_to});
-    if (m.sub_patterns > 1 || two_inks.contains({m.layer, m.map_id}))
+    if (m.sub_patterns > 1 || in_parts.contains({m.layer, m.map_id}))
       r.parts.push_back({m.layer, m.attempt, m.pass_index, m.passes, m.round, m.sub_pattern, m.sub_patterns,
                          Material(m.material)});
   });

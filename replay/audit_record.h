@@ -27,6 +27,12 @@ struct PassOrder {
   std::vector<StagePlace> places = {};  ///< of the stage at each droplet; empty: all are in the centres
 };
 
+/// Holds a JET_COMMAND that arms the jet for a pass.
+struct ArmOrder {
+  std::int64_t t_us = 0;
+  bool small = false;  ///< with the waveform of small droplets
+};
+
 /// Holds a DEPOSITION_REPORT.
 struct PassReport {
   std::int64_t t_us = 0;
@@ -74,7 +80,8 @@ struct Lease {
 struct AuditRecord {
   std::vector<PassOrder> orders;  // each list in order of time
   std::vector<PassReport> reports;
-  std::vector<PassPart> parts;  ///< empty where a layer is one pattern of one ink
+  std::vector<PassPart> parts;  ///< empty where a layer is one pattern of one ink and one size of droplet
+  std::vector<ArmOrder> arms;   ///< of the first jet; empty where there is one size of droplet
   std::vector<PlannedLayer> plans;
   std::vector<MeasuredMap> maps;
   std::vector<Stop> stops;           ///< SAFE_STOP and FAULT_* that stop, by incarnation, time

@@ -38,6 +38,8 @@ const char* word(ViolationKind kind) {
       return "cell deposited twice";
     case ViolationKind::kBesidePlace:
       return "beside its place";
+    case ViolationKind::kOtherSize:
+      return "other size of droplet";
     case ViolationKind::kCellNotCommanded:
       return "cell not commanded";
     case ViolationKind::kCellNotTriggered:

@@ -59,6 +59,7 @@ OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,
   OffsetModel m{table, {kernel_of(model)}, range_mm};
   for (int n = 1; n < table.size(); ++n) {
     OffsetKernel k = mixed_kernel(model, table[n]);
+    for (double& h : k.height_mm) h *= table.share(n);
     if (!heights_mm.empty())
       std::copy_n(heights_mm.begin() + std::ptrdiff_t((n - 1) * OffsetKernel::kCells), OffsetKernel::kCells,
                   k.height_mm.begin());

@@ -60,7 +60,8 @@ struct OffsetModel {
   bool operator==(const OffsetModel&) const = default;
 };
 /// @param range_mm OffsetModel::range_mm
-/// @param heights_mm 25 for each place but the centre, in the order of OffsetKernel; empty: mixed
+/// @param heights_mm 25 for each place but the centre, in the order of OffsetKernel; empty: mixed, and those
+/// of small droplets their share of it
 /// @throws std::invalid_argument: another number of heights; one outside kPlaceHeight_mm; a flow range
 /// outside kFlowRange_mm; a kernel that adds nothing to its own cell
 OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,

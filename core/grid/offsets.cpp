@@ -7,7 +7,7 @@
 namespace firn {
 namespace {
 
-double place(int k, int n) { return double(2 * k + 1 - n) / double(2 * n); }
+double place_along(int k, int n) { return double(2 * k + 1 - n) / double(2 * n); }
 
 std::string name(const GridSpec& g, std::size_t cell) {
   return "cell (" + std::to_string(cell % std::size_t(g.nx)) + ", " +
@@ -16,13 +16,20 @@ std::string name(const GridSpec& g, std::size_t cell) {
 
 }  // namespace
 
-OffsetTable::OffsetTable(const OffsetOptions& o) : offsets_{{}} {
+OffsetTable::OffsetTable(const OffsetOptions& o) : offsets_{{}}, small_share_(o.small_share) {
   check_options("actuation", kOffsetOptions, o);
   const int nx = o.offsets == OffsetKind::kNone ? 1 : o.positions_x,
             ny = o.offsets == OffsetKind::kGrid ? o.positions_y : 1;
   for (int b = 0; b < ny; ++b)
     for (int a = 0; a < nx; ++a)
-      if (const Offset at{place(a, nx), place(b, ny)}; at != Offset{}) offsets_.push_back(at);
+      if (const Offset at{place_along(a, nx), place_along(b, ny)}; at != Offset{}) offsets_.push_back(at);
+  places_ = int(offsets_.size());
+  const int sizes = o.small_share > 0.0 ? 2 : 1;
+  if (sizes * places_ > kMaxPlaces)
+    throw std::invalid_argument("actuation.small_share: " + std::to_string(places_) +
+                                " places of two sizes of droplet are more than " +
+                                std::to_string(kMaxPlaces));
+  for (int n = 0; sizes == 2 && n < places_; ++n) offsets_.push_back(Offset(offsets_[std::size_t(n)]));
   std::vector<double> heights;
   for (const Offset& at : offsets_) heights.push_back(at.y);
   std::ranges::sort(heights);

@@ -121,7 +121,7 @@ void Jet::push_setup(bool reset_it) {
     link_.push(with_u8(Command::kContinuous, 0));
   }
   link_.push(jetdrive::frame(Command::kGetVersion, {}, Repeat::kRead));
-  link_.push(jetdrive::pulse(waveform_));
+  send_waveform();
   if (reset_it) link_.push(with_u8(Command::kContinuous, 0));
   link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
   link_.push(with_u16(Command::kFullFrequency, config_.max_rate_hz));
@@ -135,8 +135,16 @@ void Jet::push_setup(bool reset_it) {
 
 void Jet::poll() { link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kRead)); }
 
-void Jet::start_arming() {
+// Called while the jet is off: a waveform is never changed while jetting (I11).
+void Jet::take_size(bool small) {
+  if (small == small_ && waveform_held_) return;
+  small_ = small;
+  send_waveform();
+}
+
+void Jet::start_arming(bool small) {
   phase_ = Phase::kArming;
+  take_size(small);
   link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
   link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
   settled_ = source_external_ = false;
@@ -152,6 +160,7 @@ void Jet::jet(std::int64_t now_us, Effects& fx) {
     not_armed_.clear();
     jetting_ = true;
     jet_until_us_ = now_us + std::int64_t(config_.dialect.most_continuous_s * 1e6);
+    take_size(false);
     link_.push(with_u8(Command::kContinuous, 1, Repeat::kNever));
     link_.push(jetdrive::frame(Command::kSoftTrigger, {}, Repeat::kNever));
     set_state(DeviceState::kActive, "jetting", fx);
@@ -161,6 +170,11 @@ void Jet::jet(std::int64_t now_us, Effects& fx) {
 
 void Jet::end_jetting(std::int64_t now_us, Effects& fx) {
   if (jetting_) link_.urgent(with_u8(Command::kContinuous, 0), now_us, fx);
+}
+
+void Jet::send_waveform() {
+  waveform_held_ = false;
+  link_.push(jetdrive::pulse(small_ ? jetdrive::small_waveform_of(config_) : waveform_));
 }
 
 void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, Effects& fx) {
@@ -178,8 +192,9 @@ void Jet::begin_waveform(const jetdrive::Waveform& waveform, Effects& fx) {
   } else {
     op_ = Op::kWaveform;
     phase_ = Phase::kWaveform;
+    small_ = false;
     waveform_ = waveform;
-    link_.push(jetdrive::pulse(waveform));
+    send_waveform();
     set_state(DeviceState::kStaged, "new waveform", fx);
   }
 }
@@ -256,6 +271,7 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
     }
     return;
   }
+  if (request.argument == int(Command::kPulse)) waveform_held_ = true;
   if (request.argument == int(Command::kSource)) source_external_ = phase_ == Phase::kArming;
   const bool polled = request.argument == int(Command::kPoll) && tells_source() && source_external_;
   if (polled && (phase_ == Phase::kArming || phase_ == Phase::kArmed || phase_ == Phase::kDisarming))

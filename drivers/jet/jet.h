@@ -52,7 +52,7 @@ class Jet final : public JetDriver {
   bool stopping() const override { return phase_ == Phase::kStopping; }
   bool ready() const override { return phase_ == Phase::kReady; }
   bool at_rest() const override { return ready() || phase_ == Phase::kArmed || phase_ == Phase::kJetting; }
-  void start_arming() override;                                     ///< trigger source external
+  void start_arming(bool small) override;                           ///< trigger source external
   void start_disarming(std::int64_t now_us, Effects& fx) override;  ///< trigger source internal
   // jet_service.cpp
   void fire(int droplets, Service& s) override;
@@ -61,6 +61,8 @@ class Jet final : public JetDriver {
   void pulses(const JetPulses& pulses, Service s, Effects& fx) override;
   bool obeyed(const Request& request, std::span<const std::byte> frame) const override;
 
+  void take_size(bool small);
+  void send_waveform();
   void begin_waveform(const jetdrive::Waveform& waveform, Effects& fx);
   void end_jetting(std::int64_t now_us, Effects& fx);
   void start_firmware();
@@ -72,7 +74,9 @@ class Jet final : public JetDriver {
   void take_source(bool external, std::int64_t now_us, Effects& fx);
   void end_quietly(std::int64_t now_us, Effects& fx);
 
-  jetdrive::Waveform waveform_;
+  jetdrive::Waveform waveform_;  ///< of droplets of the first size
+  bool small_ = false;           ///< the last waveform that was sent is that of small droplets
+  bool waveform_held_ = false;   ///< the jet has acknowledged it
   jetdrive::JetDriveDialect dialect_;
   Phase phase_ = Phase::kDown;
   int version_ = 0;

@@ -53,6 +53,7 @@ inline constexpr OptionTable kJetDialect{
 struct JetConfig {
   double dwell_us = 20.0, echo_us = 40.0, rise_us = 3.0, fall_us = 3.0, final_us = 3.0;
   double idle_v = 0.0, dwell_v = 20.0, echo_v = -20.0;  ///< whole volts
+  double small_dwell_v = 14.0, small_echo_v = -14.0;
   int max_rate_hz = 2000;
   JetKind kind = JetKind::kJetdrive;
   std::string trigger_on = {}, trigger_off = {};
@@ -68,6 +69,10 @@ inline constexpr OptionTable kJetConfig{
     Option{"idle_v", &JetConfig::idle_v, "V", within(-kMaxJet_v, kMaxJet_v), "waveform: level at rest"},
     Option{"dwell_v", &JetConfig::dwell_v, "V", within(-kMaxJet_v, kMaxJet_v), "waveform: first pulse"},
     Option{"echo_v", &JetConfig::echo_v, "V", within(-kMaxJet_v, kMaxJet_v), "waveform: second pulse"},
+    Option{"small_dwell_v", &JetConfig::small_dwell_v, "V", within(-kMaxJet_v, kMaxJet_v),
+           "the same for small droplets (actuation.small_share), whose other values are those above"},
+    Option{"small_echo_v", &JetConfig::small_echo_v, "V", within(-kMaxJet_v, kMaxJet_v),
+           "the second pulse for small droplets"},
     Option{"max_rate_hz", &JetConfig::max_rate_hz, "Hz", within(1, 30'000), "droplet rate that stays stable"},
     Option{"kind", &JetConfig::kind, "", Range{},
            "jetdrive: MicroFab JetDrive III; microdrop: Microdrop MD-E, whose pulse is dwell_v for dwell_us "

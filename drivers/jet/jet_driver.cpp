@@ -29,6 +29,12 @@ std::string unarmable(const JetConfig& config) {
          "take the texts of the unit's manual [P]";
 }
 
+std::string small_refusal(const JetConfig& config) {
+  const JetTraits& t = traits_of(config.kind);
+  if (!t.two_sizes) return std::string(t.instrument) + " has one size of droplet";
+  return refusal_of({config.small_dwell_v, config.small_echo_v, config.dwell_us, config.echo_us}, config);
+}
+
 bool answers_probe(const Dialect& dialect, std::string_view heard) {
   const Request asked = dialect.probe();
   return !heard.empty() && dialect.frame(std::as_bytes(std::span(heard)), &asked).kind == Frame::Kind::kReply;
@@ -53,16 +59,18 @@ bool JetDriver::accepts(bool ready, Effects& fx) const {
   return false;
 }
 
-void JetDriver::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
+void JetDriver::arm(std::int64_t expected, bool small, std::int64_t now_us, Effects& fx) {
   if (std::string why = unarmable(config_); !why.empty()) {
     refuse_service(kInstrument, std::move(why), fx);
+  } else if (std::string beyond = small ? small_refusal(config_) : std::string(); !beyond.empty()) {
+    refuse_service(kJetLimit, std::move(beyond), fx);
   } else if (accepts(ready(), fx)) {
     op_ = Op::kArm;
     expected_ = expected;
     not_armed_.clear();
     armed_until_us_ = 0;
     may_fire_ = true;
-    start_arming();
+    start_arming(small);
     set_state(DeviceState::kStaged, "arming", fx);
   }
   pump(now_us, fx);

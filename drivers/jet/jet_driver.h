@@ -31,6 +31,7 @@ struct JetTraits {
   std::vector<Request> (*questions)();       ///< that change nothing: who answers at a port
   bool (*answers)(std::string_view heard);   ///< to one of them
   bool trigger_by_words = false;             ///< it is armed by jet.trigger_on, which the lab must know
+  bool two_sizes = false;                    ///< of droplets, by a second waveform
   bool second_pulse = true;                  ///< echo_v for echo_us
   double min_v = -kMaxJet_v, step_us = 0.1;  ///< of the first pulse
   int max_divider = 255;                     ///< droplets of one flash
@@ -56,10 +57,17 @@ struct JetPulses {
 };
 /// Why a jet with this configuration refuses them, with value and limit; "": it takes them.
 std::string refusal_of(const JetPulses& pulses, const JetConfig& config);
+/// Why a jet with this configuration makes no small droplets; "": it does.
+std::string small_refusal(const JetConfig& config);
 
 class JetDriver : public JetInterface {
  public:
-  void arm(std::int64_t expected, std::int64_t now_us, Effects& fx) override;
+  void arm(std::int64_t expected, std::int64_t now_us, Effects& fx) final {
+    arm(expected, false, now_us, fx);
+  }
+  void arm_small(std::int64_t expected, std::int64_t now_us, Effects& fx) final {
+    arm(expected, true, now_us, fx);
+  }
   void disarm(std::int64_t now_us, Effects& fx) override;
   /// At most dialect.most_continuous_s.
   void jet(std::int64_t now_us, Effects& fx) override;
@@ -73,7 +81,7 @@ class JetDriver : public JetInterface {
 
   virtual bool ready() const = 0;    ///< off, and free for a command
   virtual bool at_rest() const = 0;  ///< ready, armed or jetting: nothing is under way
-  virtual void start_arming() = 0;
+  virtual void start_arming(bool small) = 0;
   virtual void start_disarming(std::int64_t now_us, Effects& fx) { safe_stop(now_us, fx); }
   // A person's orders, within the limits: what is sent at the beginning and at the end.
   virtual void fire(int droplets, Service& s) = 0;
@@ -94,6 +102,8 @@ class JetDriver : public JetInterface {
   void give_up(std::int32_t code, const std::string& why, std::int64_t now_us, Effects& fx);
   std::int64_t device_wake_us() const override { return link_.idle() && at_rest() ? poll_at_us() : 0; }
   std::int64_t poll_at_us() const { return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6); }
+
+  void arm(std::int64_t expected, bool small, std::int64_t now_us, Effects& fx);
 
   JetOptions config_;
   Op op_ = Op::kNone;

@@ -32,14 +32,17 @@ constinit const JetTraits kJetDriveTraits{
     .make = &new_jet<Jet>,
     .questions = &jetdrive_questions,
     .answers = &jetdrive_answers,
+    .two_sizes = true,
 };
 
 void Jet::fire(int droplets, Service& s) {
+  take_size(false);
   s.begin = {number(Command::kDrops, droplets, 2), soft_trigger()};
   s.end = {number(Command::kDrops, config_.drops_per_trigger, 2)};
 }
 
 void Jet::jet_for(double, Service& s) {
+  take_size(false);
   s.begin = {number(Command::kContinuous, 1, 1, Repeat::kNever), soft_trigger()};
   s.end = {number(Command::kContinuous, 0, 1)};
 }

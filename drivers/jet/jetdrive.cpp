@@ -33,6 +33,13 @@ Waveform waveform_of(const JetConfig& c) {
           c.dwell_us,    c.fall_us,      c.echo_us,     c.final_us};
 }
 
+Waveform small_waveform_of(const JetConfig& c) {
+  Waveform w = waveform_of(c);
+  w.dwell_v = int(c.small_dwell_v);
+  w.echo_v = int(c.small_echo_v);
+  return w;
+}
+
 Violation waveform_refusal(const Waveform& w, const JetDialect& limits) {
   char text[120];
   const struct {

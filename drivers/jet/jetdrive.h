@@ -38,6 +38,7 @@ struct Waveform {
 
 /// @pre whole volts
 Waveform waveform_of(const JetConfig& config);
+Waveform small_waveform_of(const JetConfig& config);
 
 /// Why the waveform may not be sent, naming field, value and limit; empty = it may.
 Violation waveform_refusal(const Waveform& waveform, const JetDialect& limits);

@@ -96,7 +96,7 @@ void Microdrop::connected(std::int64_t, Effects& fx) {
   link_.push(command("GetConfig(1,6)", Repeat::kRead));
 }
 
-void Microdrop::start_arming() {
+void Microdrop::start_arming(bool) {
   phase_ = Phase::kArming;
   link_.push(command("SetActive(1,1)", Repeat::kNever));
   link_.push(command(config_.trigger_on, Repeat::kNever));

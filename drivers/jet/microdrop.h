@@ -38,7 +38,7 @@ class Microdrop final : public JetDriver {
   bool stopping() const override { return phase_ == Phase::kStopping; }
   bool ready() const override { return phase_ == Phase::kReady; }
   bool at_rest() const override { return ready() || phase_ == Phase::kArmed; }
-  void start_arming() override;
+  void start_arming(bool small) override;
   void fire(int droplets, Service& s) override;
   void jet_for(double seconds, Service& s) override;
   void strobe(int divider, int delay_us, Service& s) override;

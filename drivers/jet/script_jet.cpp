@@ -25,6 +25,11 @@ void ScriptJet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
   pump(now_us, fx);
 }
 
+void ScriptJet::arm_small(std::int64_t, std::int64_t now_us, Effects& fx) {
+  refuse(kInstrument, script().class_name + " has one size of droplet", fx);
+  pump(now_us, fx);
+}
+
 void ScriptJet::disarm(std::int64_t now_us, Effects& fx) {
   if (accepts(fx)) {
     begin_command();

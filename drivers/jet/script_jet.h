@@ -17,6 +17,7 @@ class ScriptJet final : public ScriptDriver<JetInterface> {
   explicit ScriptJet(ScriptOptions script);
 
   void arm(std::int64_t expected, std::int64_t now_us, Effects& fx) override;
+  void arm_small(std::int64_t expected, std::int64_t now_us, Effects& fx) override;  ///< refused
   void disarm(std::int64_t now_us, Effects& fx) override;
   void jet(std::int64_t now_us, Effects& fx) override;
 

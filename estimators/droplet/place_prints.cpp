@@ -62,20 +62,43 @@ double integral(const std::vector<Line>& lines, double from, double to) {
   return sum;
 }
 
-// The lines of column dx of all droplets at one place along x; those at one distance as their mean.
-std::vector<Line> lines_of(const PlacePrints& p, const OffsetTable& table, double x, int dx) {
+// Droplets of one size at one place along x.
+struct Column {
+  double x = 0.0;
+  bool small = false;
+  bool has(const OffsetTable& table, int n) const { return table[n].x == x && table.small(n) == small; }
+};
+
+// The lines of column dx of all of these droplets; those at one distance as their mean.
+std::vector<Line> lines_of(const PlacePrints& p, const OffsetTable& table, const Column& of, int dx) {
   std::vector<Line> lines;
   for (int n = 0; n < table.size(); ++n)
-    for (int dy = -kReach; dy <= kReach && table[n].x == x; ++dy)
+    for (int dy = -kReach; dy <= kReach && of.has(table, n); ++dy)
       lines.push_back({dy - table[n].y, p.places[std::size_t(n)].rise.mean_mm[dy + kReach][dx + kReach]});
   std::ranges::sort(lines, {}, &Line::v);
   return lines;
 }
 
-int heights_of(const OffsetTable& table, double x) {
+int heights_of(const OffsetTable& table, const Column& of) {
   int n = 0;
-  for (int k = 0; k < table.size(); ++k) n += table[k].x == x;
+  for (int k = 0; k < table.size(); ++k) n += of.has(table, k);
   return n;
+}
+
+// The mean kernel of the small droplets nearest to the centre.
+OffsetKernel around_the_centre(const std::vector<OffsetKernel>& kernels, const OffsetTable& table) {
+  const auto away = [&](int n) { return table[n].x * table[n].x + table[n].y * table[n].y; };
+  double least = 1.0;
+  for (int n = table.places() + 1; n < table.size(); ++n) least = std::min(least, away(n));
+  OffsetKernel mean;
+  int count = 0;
+  for (int n = table.places() + 1; n < table.size(); ++n) {
+    if (away(n) > least + 1e-9) continue;
+    ++count;
+    for (std::size_t k = 0; k < mean.height_mm.size(); ++k)
+      mean.height_mm[k] += (kernels[std::size_t(n)].height_mm[k] - mean.height_mm[k]) / count;
+  }
+  return mean;
 }
 
 }  // namespace
@@ -128,8 +151,12 @@ PlacePrints find_place_prints(const std::vector<PrintedLayer>& layers, const std
                   std::to_string(n) + ", two at least are needed";
       return p;
     }
+  const auto column = [&](int n) { return Column{wanted[n].x, wanted.small(n)}; };
+  const int small_centre = wanted.places();  // beyond the table where there is one size
+  const bool centre_between = small_centre < wanted.size() && wanted.places() > 1 &&
+                              heights_of(printed, column(small_centre)) < kLeastHeights;
   for (int n = 1; n < wanted.size(); ++n)
-    if (heights_of(printed, wanted[n].x) < kLeastHeights) {
+    if (heights_of(printed, column(n)) < kLeastHeights && !(centre_between && n == small_centre)) {
       p.missing =
           "a map has one line along each row of cells: what a droplet adds between them shows only where "
           "droplets "
@@ -138,21 +165,27 @@ PlacePrints find_place_prints(const std::vector<PrintedLayer>& layers, const std
     }
   std::vector<OffsetKernel> means(std::size_t(wanted.size()));
   for (int n = 1; n < wanted.size(); ++n)
-    for (int dx = -kReach; dx <= kReach; ++dx) {
-      const std::vector<Line> lines = lines_of(p, printed, wanted[n].x, dx);
+    for (int dx = -kReach; dx <= kReach && !(centre_between && n == small_centre); ++dx) {
+      const std::vector<Line> lines = lines_of(p, printed, column(n), dx);
       for (int dy = -kReach; dy <= kReach; ++dy) {
         const double middle = dy - wanted[n].y;
         means[std::size_t(n)].height_mm[OffsetKernel::index(dx, dy)] =
             integral(lines, middle - 0.5, middle + 0.5);
       }
     }
-  for (const OffsetKernel& mean : means)
-    p.drop_height_mm += mean.drop_height_mm() / double(wanted.size() - 1);
-  if (!(p.drop_height_mm > 0.0)) {
+  if (centre_between) means[std::size_t(small_centre)] = around_the_centre(means, wanted);
+  const bool two_sizes = small_centre < wanted.size();
+  for (int n = 1; n < wanted.size(); ++n)
+    (wanted.small(n) ? p.small_drop_height_mm : p.drop_height_mm) +=
+        means[std::size_t(n)].drop_height_mm() /
+        double(wanted.small(n) ? wanted.size() - wanted.places() : wanted.places() - 1);
+  if (!(p.drop_height_mm > 0.0) || (two_sizes && !(p.small_drop_height_mm > 0.0))) {
     p.missing = "the maps do not rise under the droplets";
     return p;
   }
-  for (const OffsetKernel& mean : means) p.kernels.push_back(nearest_kernel(mean, p.drop_height_mm));
+  for (int n = 0; n < wanted.size(); ++n)
+    p.kernels.push_back(
+        nearest_kernel(means[std::size_t(n)], wanted.small(n) ? p.small_drop_height_mm : p.drop_height_mm));
   return p;
 }
 

@@ -23,9 +23,10 @@ struct PlaceRise {
 };
 
 struct PlacePrints {
-  std::vector<PlaceRise> places;  ///< by index of the printed table
-  int droplets = 0;               ///< alone and measured
-  double drop_height_mm = 0.0;    ///< that a droplet adds over all cells, mean of the wanted places
+  std::vector<PlaceRise> places;      ///< by index of the printed table
+  int droplets = 0;                   ///< alone and measured
+  double drop_height_mm = 0.0;        ///< that a droplet adds over all cells, mean of the wanted places
+  double small_drop_height_mm = 0.0;  ///< the same of small droplets; 0: there are none
   std::vector<deposition::OffsetKernel>
       kernels;          ///< of the wanted table, by index; none: something is missing
   std::string missing;  ///< that reason; "" = none
@@ -35,7 +36,8 @@ struct PlacePrints {
 /// Sites with a cell that was not measured are left out.
 /// @param offsets of each layer's droplets @pre as many as layers
 /// @param printed table of these offsets @param wanted table whose kernels are computed, beside the centre's:
-/// its places along x must be those of `printed`, along y any
+/// its places along x must be those of `printed`, along y any. The kernel of a small droplet in the centre is
+/// the mean of those of the places nearest to it where none are printed above and below the centre.
 PlacePrints find_place_prints(const std::vector<PrintedLayer>& layers, const std::vector<OffsetMap>& offsets,
                               const OffsetTable& printed, const OffsetTable& wanted);
 

@@ -124,6 +124,7 @@ struct JetParams {
   std::string trigger_on, trigger_off;  ///< its words for the external trigger; empty: it has none
   std::int64_t settle_us = 0;           ///< deaf for so long after its line was opened
   double max_v = 0.0;                   ///< a level beyond this abuses the head; 0: none does
+  bool volume_by_pulse = false;         ///< droplets are as large as jet_volume_share() says
 };
 struct ProfilerParams {
   bool point = false;  ///< a point laser that the stage moves: points 1, dx_mm the width of a column

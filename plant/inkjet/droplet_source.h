@@ -45,7 +45,8 @@ class DropletSource {
     double scatter = 0.0;
     if (droplet_.size_scatter > 0.0)
       scatter = std::clamp(random_normal(draw(Purpose::kDropletSize, 0)), -4.0, 4.0) * droplet_.size_scatter;
-    out.volume_mm3 = droplet_.volume_mm3 * droplet_.flow * std::max(0.05, factor + scatter);
+    out.volume_mm3 =
+        droplet_.volume_mm3 * droplet_.flow * shot.volume_share * std::max(0.05, factor + scatter);
     return out;
   }
   /// The layer is exposed for the first time. @param layer from 1

@@ -62,15 +62,16 @@ class DropletModel : public Model {
     double scatter = 0.0;
     if (params_.size_scatter > 0.0)
       scatter = std::clamp(random_normal(draw(Purpose::kDropletSize, 0)), -4.0, 4.0) * params_.size_scatter;
-    out.volume_mm3 = params_.volume_mm3 * std::max(0.05, factor + scatter);
+    out.volume_mm3 = params_.volume_mm3 * shot.volume_share * std::max(0.05, factor + scatter);
     double satellite = 0.0;
     if (params_.satellite_probability > 0.0 &&
         random_uniform(draw(Purpose::kSatellite, 0)) < params_.satellite_probability)
       satellite = params_.satellite_share * out.volume_mm3;
-    field_.land(params_, out.volume_mm3 - satellite, out.x_mm, out.y_mm);
+    const DropletParams& shape = shot.volume_share == 1.0 ? params_ : of_share(shot.volume_share);
+    field_.land(shape, out.volume_mm3 - satellite, out.x_mm, out.y_mm);
     if (satellite > 0.0) {
       const double angle = 2.0 * std::numbers::pi * random_uniform(draw(Purpose::kSatellite, 1));
-      field_.land(params_, satellite, out.x_mm + params_.satellite_distance_mm * std::cos(angle),
+      field_.land(shape, satellite, out.x_mm + params_.satellite_distance_mm * std::cos(angle),
                   out.y_mm + params_.satellite_distance_mm * std::sin(angle));
     }
     return out;
@@ -105,8 +106,21 @@ class DropletModel : public Model {
   }
 
  private:
+  // A droplet of another pulse meets the ground at the same angle: its radii grow with V^(1/3).
+  const DropletParams& of_share(double share) {
+    if (share != other_share_) {
+      other_ = params_;
+      other_.cap_radius_mm *= std::cbrt(share);
+      other_.film_radius_mm *= std::cbrt(share);
+      other_share_ = share;
+    }
+    return other_;
+  }
+
   GridSpec grid_;
   DropletParams params_;
+  DropletParams other_;  ///< of another pulse's droplets, computed anew after a resume
+  double other_share_ = 1.0;
   std::uint64_t seed_;
   Field field_;
   Nozzle nozzle_, nozzle_b_;

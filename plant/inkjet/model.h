@@ -24,6 +24,7 @@ struct Shot {
   double x_mm = 0.0, y_mm = 0.0;
   double vx_mm_s = 0.0, vy_mm_s = 0.0;
   Material ink = Material::kA;  ///< of the jet that was triggered
+  double volume_share = 1.0;    ///< of its pulse, by the droplet of the calibrated one; above 0
 };
 
 /// Returns the grid cell nearest to a position; (i, j) may lie outside the grid.

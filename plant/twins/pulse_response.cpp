@@ -19,4 +19,8 @@ double jet_speed_m_s(const StrobeParams& jet, const JetPulse& p) {
   return std::max(0.0, jet.speed_m_s * (amplitude_v - jet.threshold_v) / (kReference_v - jet.threshold_v));
 }
 
+double jet_volume_share(const StrobeParams& jet, const JetPulse& p) {
+  return std::max(0.0, (std::abs(p.volts) - jet.threshold_v) / (kReference_v - jet.threshold_v));
+}
+
 }  // namespace firn::plant

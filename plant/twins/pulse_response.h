@@ -17,4 +17,9 @@ struct JetPulse {
 /// @returns 0: nothing leaves the nozzle; StrobeParams::speed_m_s where best_dwell_us is 0
 double jet_speed_m_s(const StrobeParams& jet, const JetPulse& pulse);
 
+/// Volume of a droplet in shares of that after a pulse of 20 V, (U - U0) / (20 V - U0): like its speed it
+/// grows linearly above the threshold U0 = StrobeParams::threshold_v [Dijksman 1984]. The dwell does not act.
+/// @returns 0: nothing leaves the nozzle
+double jet_volume_share(const StrobeParams& jet, const JetPulse& pulse);
+
 }  // namespace firn::plant

@@ -128,9 +128,14 @@ class InkjetLab final : public WorldLab, private Wires {
     const Shot shot = shot_of(t_us, at, ink);
     const bool b = ink == Material::kB;
     const NozzleShot leaves = nozzles_[b].fire(t_us, int(model_->layers().layer()) + 1, droplets);
-    const int leave = (b ? jet_b_ : jet_)->nozzle_dead() ? 0 : leaves.droplets;
+    const JetTwin& by = b ? *jet_b_ : *jet_;
+    const double share = (b ? config.jet_b : config.jet).volume_by_pulse
+                             ? jet_volume_share(config.strobe, by.pulse())
+                             : shot.volume_share;
+    const int leave = by.nozzle_dead() || share <= 0.0 ? 0 : leaves.droplets;
     const TruePlace place = true_place(config.stage_faults, config.grid, {at.x_mm, at.y_mm}, at.vx_mm_s);
     Shot from = shot;
+    from.volume_share = share;
     from.x_mm += place.x_mm - at.x_mm + leaves.dx_mm;
     from.y_mm += place.y_mm - at.y_mm + leaves.dy_mm;
     for (int n = droplets; n < leave; ++n) model_->fire(from);  // dripped, beside those that were triggered

@@ -80,7 +80,8 @@ IceWorldConfig ice_config(const Experiment& e) {
 
 JetPulse pulse_of(const JetConfig& j) { return {j.dwell_us, j.rise_us, j.fall_us, j.dwell_v - j.idle_v}; }
 
-void set_up_jet(const JetConfig& j, JetParams& p) {
+void set_up_jet(const JetConfig& j, bool volume_by_pulse, JetParams& p) {
+  p.volume_by_pulse = volume_by_pulse;
   p.max_rate_hz = j.max_rate_hz;
   p.kind = drivers::kJetKindWords[std::size_t(j.kind)];
   p.trigger_on = j.trigger_on;
@@ -216,8 +217,9 @@ WorldConfig world_config(const Experiment& e) {
     c.stage.ramp_rate_mm_s2 = e.stage.acceleration_mm_s2;  // $120, which no host sets
   }
   c.stage.abort_rate_mm_s2 = std::max(c.stage.abort_rate_mm_s2, e.stage.acceleration_mm_s2);
-  set_up_jet(e.jet, c.jet);
-  set_up_jet(e.jet_b.drive, c.jet_b);
+  const bool by_pulse = e.actuation.small_share > 0.0;
+  set_up_jet(e.jet, by_pulse, c.jet);
+  set_up_jet(e.jet_b.drive, by_pulse, c.jet_b);
   c.profiler.points = e.laser_profiler.points;
   c.profiler.dx_mm = e.laser_profiler.dx_mm;
   c.profiler.laser_offset_y_mm = e.laser_profiler.offset_y_mm;

@@ -34,6 +34,7 @@ namespace {
 
 constexpr double kPreviewUm = 1e3;    // per mm
 constexpr double kRowTurn_s = 0.065;  // of a stage between two rows
+constexpr double kWaveform_s = 0.55;  // until the jet has taken another one
 constexpr double kPathStart_s = 1.5;  // of an arm: load, travel, approach
 constexpr double kBead_mm = 1.5;      // width of a line of ice
 constexpr std::size_t kMaxSections = 60;
@@ -69,7 +70,9 @@ std::string places_remark(const Experiment& e, const OffsetTable& places) {
   for (int n = 0; n < places.size(); ++n) most = std::max(most, places[n].x);
   const double nearest_mm = (1.0 - 2.0 * most) * e.grid.pitch_x_mm,
                speed_mm_s = nearest_mm * drivers::kRateShare * jets_rate_hz(e);
-  std::string text = fmt::format("actuation.offsets: {} places in a cell", places.size());
+  std::string text = fmt::format("actuation.offsets: {} places in a cell", places.places());
+  if (places.places() < places.size())
+    text += "; small droplets are a pass of their own in each layer, with two changes of the waveform";
   if (places.sub_rows() > 1)
     text += fmt::format("; a row of cells is up to {} runs of the stage, one for each height in it",
                         places.sub_rows());
@@ -109,7 +112,9 @@ PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::fi
   const OffsetTable places(e.actuation);
   const double rows = p.size_mm[1] / g.pitch_y_mm * (two ? 2.0 : 1.0) * e.process.sub_patterns *
                       places.sub_rows(),
-               pass_s = rows * ((g.nx + 1) * g.pitch_x_mm / e.process.pass_speed_mm_s + kRowTurn_s),
+               sizes = places.size() / places.places(),  // each a pass of its own
+      pass_s = sizes * rows * ((g.nx + 1) * g.pitch_x_mm / e.process.pass_speed_mm_s + kRowTurn_s) +
+               (sizes - 1.0) * 2.0 * kWaveform_s,
                scan_s = time_of_scan_s(e);
   p.time_s =
       p.layers * (pass_s + scan_s + e.process.sub_patterns * (e.process.exposure_s + 2.0 * kRowTurn_s));

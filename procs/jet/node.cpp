@@ -13,8 +13,11 @@ const JetConfig& drive(NodeId id, const Experiment& e) { return id == NodeId::kJ
 
 drivers::JetOptions jet_config(NodeId id, const Experiment& e) {
   const JetConfig& j = drive(id, e);
-  for (const auto& [key, volts] :
-       {std::pair{"idle_v", j.idle_v}, {"dwell_v", j.dwell_v}, {"echo_v", j.echo_v}})
+  for (const auto& [key, volts] : {std::pair{"idle_v", j.idle_v},
+                                   {"dwell_v", j.dwell_v},
+                                   {"echo_v", j.echo_v},
+                                   {"small_dwell_v", j.small_dwell_v},
+                                   {"small_echo_v", j.small_echo_v}})
     if (volts != std::round(volts))
       throw std::invalid_argument(std::string(info(id).name) + "." + key + " = " + std::to_string(volts) +
                                   ": the jet takes whole volts");
@@ -47,6 +50,8 @@ void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
     switch (verb) {
       case JetVerb::kArm:
         return jet.arm(c.expected, now_us, fx);
+      case JetVerb::kArmSmall:
+        return jet.arm_small(c.expected, now_us, fx);
       case JetVerb::kDisarm:
         return jet.disarm(now_us, fx);
       case JetVerb::kJet:

@@ -299,7 +299,7 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
   if (enter_watch(next, now, out) || enter_scan(next, now, out)) return;
   switch (next) {
     case Phase::kArmJet:
-      return send_jet(JetVerb::kArm, now, out);
+      return send_jet(job_.small() ? JetVerb::kArmSmall : JetVerb::kArm, now, out);
     case Phase::kPass:
       return send_pass(now, out);
     case Phase::kDisarmJet:

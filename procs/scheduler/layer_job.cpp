@@ -44,7 +44,7 @@ LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patt
   for (std::size_t c = 0; c < materials_.size(); ++c)
     if (plan_.cells[c] > 0 && materials_.of(c) == Material::kNone)
       throw std::invalid_argument(what + "cell " + std::to_string(c) + " is to get droplets of no ink");
-  passes_ = passes_of(plan_, materials_, sub_patterns_);
+  passes_ = passes_of(plan_, materials_, sub_patterns_, placement_);
   if (passes_.size() > kMaxPasses)
     throw std::invalid_argument(what + std::to_string(passes_.size()) +
                                 " passes; a pass has a number of at most " + std::to_string(kMaxPasses));
@@ -57,7 +57,7 @@ void LayerJob::begin_pass() {
   const Pass& pass = passes_[std::size_t(pass_)];
   for (int j = 0; j < plan_.spec.ny; ++j)
     for (int i = 0; i < plan_.spec.nx; ++i)
-      fires_.at(i, j) = firn::fires(pass, plan_, materials_, sub_patterns_, i, j);
+      fires_.at(i, j) = firn::fires(pass, plan_, materials_, sub_patterns_, i, j, placement_);
 }
 
 std::int64_t LayerJob::remaining() const { return std::ranges::count(fires_.cells, std::uint8_t(1)); }

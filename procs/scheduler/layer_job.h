@@ -38,8 +38,10 @@ class LayerJob {
 
   /// Returns the ink of the current pass. @pre not finished
   Material material() const { return passes_[std::size_t(pass_)].material; }
-  /// Returns true if wet droplets must be cured before the next pass: always, except between the inks of one
-  /// sub-pattern.
+  /// Returns whether the current pass has small droplets. @pre not finished
+  bool small() const { return passes_[std::size_t(pass_)].small; }
+  /// Returns true if wet droplets must be cured before the next pass: always, except between the inks and
+  /// sizes of one sub-pattern.
   bool cure_due() const {
     return finished() || attempt_ > 0 || pass_ == 0 || passes_[std::size_t(pass_) - 1].cure;
   }

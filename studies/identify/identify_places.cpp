@@ -30,7 +30,8 @@ PlaceIdentification identify_places(const ObservedRun& run, OffsetKind kind) {
   const deposition::DropletModel model{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm};
   id.mixed_error.resize(id.prints.kernels.size());
   for (int n = 1; n < id.table.size(); ++n) {
-    const deposition::OffsetKernel mixed = mixed_kernel(model, id.table[n]);
+    deposition::OffsetKernel mixed = mixed_kernel(model, id.table[n]);
+    for (double& h : mixed.height_mm) h *= id.table.share(n);
     for (std::size_t k = 0; k < mixed.height_mm.size(); ++k)
       id.mixed_error[std::size_t(n)] =
           std::max(id.mixed_error[std::size_t(n)],
@@ -41,11 +42,14 @@ PlaceIdentification identify_places(const ObservedRun& run, OffsetKind kind) {
 }
 
 std::string places_toml(const PlaceIdentification& id) {
-  std::string text =
-      fmt::format("[actuation]\noffsets = \"{}\"\npositions_x = {}\npositions_y = {}\nheights_mm = [\n",
-                  word(id.options.offsets), id.options.positions_x, id.options.positions_y);
+  std::string text = fmt::format("[actuation]\noffsets = \"{}\"\npositions_x = {}\npositions_y = {}\n",
+                                 word(id.options.offsets), id.options.positions_x, id.options.positions_y);
+  if (id.prints.small_drop_height_mm > 0.0)
+    text += fmt::format("small_share = {:.4f}\n", id.prints.small_drop_height_mm / id.prints.drop_height_mm);
+  text += "heights_mm = [\n";
   for (int n = 1; n < id.table.size(); ++n) {
-    text += fmt::format("  # place {} at ({:.4f}, {:.4f}) of the pitch\n", n, id.table[n].x, id.table[n].y);
+    text += fmt::format("  # place {} at ({:.4f}, {:.4f}) of the pitch{}\n", n, id.table[n].x, id.table[n].y,
+                        id.table.small(n) ? ", small droplets" : "");
     for (int y = -2; y <= 2; ++y) {
       text += " ";
       for (int x = -2; x <= 2; ++x)

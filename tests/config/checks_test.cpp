@@ -113,6 +113,11 @@ TEST_CASE("Places inside cells are refused by name where the model or an estimat
   CHECK(says("actuation.offsets = \"x\"\ncontrol.height_estimate = \"kalman\"", "in the centres alone"));
   CHECK(says("actuation.offsets = \"y\"", "must be one of none, x, grid"));
   CHECK(says("actuation.positions_x = 9", "actuation.positions_x"));
+  const std::string small = "actuation = {offsets = \"x\", small_share = 0.5}\n";
+  CHECK(says("actuation.small_share = 0.5", "actuation.offsets = \"x\" or \"grid\""));
+  CHECK(says(small + "jet.kind = \"microdrop\"", "one size of droplet"));
+  CHECK(says(small + "jet.small_dwell_v = 99\ndevices.jet.dialect.max_abs_v = 30", "99 V is beyond"));
+  CHECK(rule_broken_by(small) == "no error");
   CHECK(says("actuation = {offsets = \"x\", positions_x = 2, heights_mm = [0.1, 0.2]}",
              "has 2 heights; 2 places beside the centre need 50"));
 }

@@ -142,6 +142,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           model("model.g2_mm", "h2"),
           model("model.g3_mm", "h3"),
           {"actuation.positions_", [](Experiment& e) { OffsetTable{e.actuation}; }},
+          {"actuation.small_share", [](Experiment& e) { OffsetTable{e.actuation}; }},
           {"actuation.heights_mm",
            [](Experiment& e) {
              e.actuation.heights_mm.resize(50, 1e-3);
@@ -295,6 +296,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           instrument<drivers::Jet>("jet.", [](Experiment& e) { return drivers::JetOptions{e.jet}; }),
           instrument<drivers::Jet>("jet_b.dwell_", second_jet),
           instrument<drivers::Jet>("jet_b.echo_", second_jet),
+          instrument<drivers::Jet>("jet_b.small_", second_jet),
           instrument<drivers::Jet>("jet_b.rise_", second_jet),
           instrument<drivers::Jet>("jet_b.fall_", second_jet),
           instrument<drivers::Jet>("jet_b.final_", second_jet),

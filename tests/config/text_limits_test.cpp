@@ -35,6 +35,18 @@ TEST_CASE("A line of 2,000 bytes is read, a longer one is refused by its number"
   CHECK_THAT(text_refusal("\n\n" + std::string(2001, 'x')), Contains("x.toml:3") && Contains("2000"));
 }
 
+TEST_CASE("The heights of as many places as a table may have are written in lines that are read") {
+  Experiment e;
+  e.actuation.offsets = OffsetKind::kGrid;
+  e.actuation.positions_x = 7;
+  e.actuation.positions_y = 8;
+  for (int n = 0; n < (OffsetTable(e.actuation).size() - 1) * 25; ++n)
+    e.actuation.heights_mm.push_back(1e-3 + 1.23e-7 * n);
+  const std::string text = dump(e);
+  CHECK(text_refusal(text) == "");
+  CHECK(parse_experiment(text, "x.toml").actuation.heights_mm == e.actuation.heights_mm);
+}
+
 TEST_CASE("4,000 dots are read, more are called nesting") {
   std::string text;
   for (int n = 0; n < 400; ++n) text += "..........\n";

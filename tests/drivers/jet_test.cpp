@@ -2,6 +2,7 @@
 
 #include "drivers/jet/jet.h"
 #include "tests/drivers/bench.h"
+#include "tests/drivers/world_rig.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::Bench;
@@ -32,6 +33,48 @@ TEST_CASE("the jet speaks as the JetDrive card says, whatever the split of the r
         jet, kJetTranscripts + "jet_start_arm.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { jet_command(jet, c, t, fx); }, split);
   }
+}
+
+TEST_CASE("the waveform of the wanted size is sent before the jet is armed, and not again while it is held",
+          "[jet]") {
+  firn::plant::WorldConfig world = test::WorldRig::small_world(4, 4);
+  world.jet.volume_by_pulse = true;
+  world.nozzle.drift = false;
+  world.droplet.size_scatter = world.droplet.satellite_probability = 0.0;
+  test::WorldRig rig(world);
+  rig.start();
+  const std::string pulse = "S\x15\x06";
+  const firn::DropletPattern full(rig.world.config().grid, 1);
+  int sent = rig.sent("jet", pulse);
+  bool held = false;
+  for (const bool small : {false, true, true, false, false, true}) {
+    rig.act("jet", [&](std::int64_t t, Effects& fx) {
+      small ? rig.jet.arm_small(16, t, fx) : rig.jet.arm(16, t, fx);
+    });
+    REQUIRE(rig.run([&] { return !rig.jet.busy(); }, 30.0));
+    CHECK(rig.results("jet").back().outcome == firn::Outcome::kReady);
+    CHECK(rig.sent("jet", pulse) == (sent += small != held));
+    held = small;
+    rig.record.history.shots.clear();
+    rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(full, 0, 1.0, 50.0, t, fx); });
+    REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 60.0));
+    REQUIRE(rig.record.history.shots.size() == 16);
+    for (const auto& shot : rig.record.history.shots)  // 14 V of 20 V, with a threshold of 8 V
+      CHECK(shot.volume_mm3 == Approx(world.droplet.volume_mm3 * (small ? 0.5 : 1.0)));
+    rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.disarm(t, fx); });
+    REQUIRE(rig.run([&] { return !rig.jet.busy(); }, 30.0));
+  }
+}
+
+TEST_CASE("small droplets beyond the head's volts, or of a jet with one size, are refused by name", "[jet]") {
+  JetOptions weak;
+  weak.dialect.max_abs_v = 20;
+  weak.small_dwell_v = 21.0;
+  CHECK_THAT(small_refusal(weak), Catch::Contains("21 V is beyond +-20 V"));
+  JetOptions microdrop;
+  microdrop.kind = JetKind::kMicrodrop;
+  CHECK_THAT(small_refusal(microdrop), Catch::Contains("one size of droplet"));
+  CHECK(small_refusal(JetOptions{}).empty());
 }
 
 TEST_CASE("JetDrive frames equal the vectors of the card", "[jet]") {

@@ -64,6 +64,7 @@ Experiment tiny_part_beside_centres(std::uint64_t seed) {
   e.control.pattern.seed = seed;
   e.actuation.offsets = OffsetKind::kGrid;
   e.actuation.positions_x = e.actuation.positions_y = 3;
+  e.actuation.small_share = seed % 2 ? 0.45 : 0.0;
   return e;
 }
 

@@ -17,7 +17,8 @@ namespace firn::test {
 
 /// 9 cells wide, a few layers, node time ten times faster than the wall clock.
 Experiment tiny_part(std::uint64_t seed);
-/// The same size in random layers, whose droplets are at 3 x 3 places inside their cells.
+/// The same size in random layers, whose droplets are at 3 x 3 places inside their cells, in every second
+/// print of two sizes.
 Experiment tiny_part_beside_centres(std::uint64_t seed);
 /// A pipe inside a block of support, in four sub-patterns.
 Experiment tiny_part_of_two_inks(std::uint64_t seed);

@@ -47,6 +47,24 @@ TEST_CASE("The same droplet sees the same disturbance whatever was printed befor
   CHECK(second.volume_mm3 != lb.volume_mm3);
 }
 
+TEST_CASE("A droplet of another pulse has its share of the volume and meets the ground at the same angle") {
+  WorldConfig c = droplet_world();
+  c.nozzle.drift = false;
+  c.droplet.size_scatter = c.droplet.placement_scatter_mm = 0.0;
+  c.droplet.missed_probability = c.droplet.satellite_probability = 0.0;
+  const double share = 0.6;
+  const auto by_pulse = make_model(c);
+  Shot shot = at_cell(c.grid, 8, 8, 0);
+  shot.volume_share = share;
+  CHECK(by_pulse->fire(shot).volume_mm3 == Approx(share * c.droplet.volume_mm3));
+  c.droplet.flow = share;  // the same droplet from a printer of smaller ones
+  c.droplet.radius_exponent = 1.0 / 3.0;
+  const auto by_flow = make_model(c);
+  by_flow->fire(at_cell(c.grid, 8, 8, 0));
+  const HeightMap a = by_pulse->fine_surface(), b = by_flow->fine_surface();
+  for (std::size_t n = 0; n < a.size(); ++n) CHECK(a.cells[n] == Approx(b.cells[n]).margin(1e-12));
+}
+
 TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
   WorldConfig c = droplet_world();
   c.nozzle.drift = false;

@@ -132,7 +132,9 @@ struct FakeLab : NodeBench {
   bool jet(NodeId id, const jet_command_t& c, double crash_probability) {
     const Material ink = id == NodeId::kJetB ? Material::kB : Material::kA;
     jetting = JetVerb(c.verb) == JetVerb::kJet;
-    if (JetVerb(c.verb) == JetVerb::kArm) {
+    const bool arms_small = JetVerb(c.verb) == JetVerb::kArmSmall;
+    if (JetVerb(c.verb) == JetVerb::kArm || arms_small) {
+      armed_small = arms_small;
       both_armed = both_armed || (armed != Material::kNone && armed != ink);
       armed = ink;
     } else if (armed == ink) {
@@ -188,6 +190,8 @@ struct FakeLab : NodeBench {
       droplets[c.layer][order[k]].push_back(armed);
       const int wanted = c.layer <= layers ? places.at(c.layer).of(order[k]) : 0;
       beside_place = beside_place || placement.map.of(order[k]) != wanted;
+      other_size = other_size || placement.small(order[k]) != armed_small;
+      small_drops += armed_small;
       wet.push_back(order[k]);
     }
     // Between two cures all lies in one sub-pattern.
@@ -301,6 +305,8 @@ struct FakeLab : NodeBench {
   Material armed = Material::kNone;
   bool jetting = false, moved_while_jetting = false;
   bool both_armed = false, wet_contact = false, wrong_place = false, beside_place = false;
+  bool armed_small = false, other_size = false;  ///< a droplet of another size than planned
+  int small_drops = 0;
   std::map<std::pair<int, int>, std::map<std::uint32_t, int>> fired;  // (layer, pass) -> cell -> triggers
 };
 

@@ -95,6 +95,26 @@ TEST_CASE("droplets at places inside their cells are fired once each, however of
   CHECK(twice > 20);
 }
 
+TEST_CASE(
+    "droplets of both sizes are fired once each, by a jet that was armed for their size, however often the "
+    "scheduler crashes") {
+  int small = 0, of_first = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Experiment e = interlaced(seed % 3 == 0 ? 2 : 1, false);
+    e.actuation.offsets = OffsetKind::kX;
+    e.actuation.small_share = 0.45;
+    CAPTURE(seed);
+    FakeLab lab(seed, e);
+    lab.print(seed % 2 ? 0.05 : 0.0);
+    check_print(lab, false);
+    CHECK_FALSE(lab.other_size);
+    small += lab.small_drops;
+    for (const auto& [layer, cells] : lab.droplets) of_first += int(cells.size());
+  }
+  CHECK(small > 100);
+  CHECK(of_first > small);
+}
+
 TEST_CASE("A plan with a place beyond the table stops the print, and the fault names the cell") {
   Experiment e = interlaced(1, false);
   e.actuation.offsets = OffsetKind::kX;

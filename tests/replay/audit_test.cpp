@@ -277,6 +277,30 @@ struct Placed : Print {
   }
 };
 
+TEST_CASE("A pass of droplets of another size than the jet was armed for is found") {
+  Placed p;
+  const OffsetTable two({OffsetKind::kGrid, 4, 3, 0.5});
+  for (replay::PassOrder& o : p.record.orders) {
+    o.placement.table = two;
+    p.record.arms.push_back({o.t_us - 1000, o.layer == 2});
+    if (o.layer == 1) continue;
+    for (auto& place : o.placement.map.cells) place = std::uint8_t(place + two.places());
+    p.record.plans[1].offsets = o.placement.map;
+    p.record.parts.push_back({2, 0, 0, 1});
+  }
+  INFO(to_text(p.verdict()));
+  CHECK(p.verdict().clean());
+
+  Placed unarmed = p;
+  unarmed.record.arms.back().small = false;
+  CHECK(found(unarmed.verdict(), ViolationKind::kOtherSize));
+
+  Placed mixed = p;
+  mixed.record.orders[1].placement.map.cells[7] -= std::uint8_t(two.places());
+  mixed.record.plans[1].offsets = mixed.record.orders[1].placement.map;
+  CHECK(found(mixed.verdict(), ViolationKind::kOtherSize));
+}
+
 TEST_CASE("Droplets at their places inside cells are clean, and each way beside them is found") {
   const Placed p;
   const AuditVerdict v = p.verdict();

@@ -96,6 +96,41 @@ TEST_CASE("Rows of single droplets give the heights of each place: those of the 
   }
 }
 
+TEST_CASE("Rows of droplets of two sizes give the heights of both, and the share of the small ones") {
+  const ObservedRun run =
+      observe_print(kExperiments + "places.toml",
+                    {"grid.ny=240", "part.depth_mm=63", "actuation.positions_x=2", "actuation.positions_y=4",
+                     "actuation.small_share=0.6", "plant.camera.threshold_v=8", "control.pattern.layers=2",
+                     "plant.drift=0", "plant.missed_fraction=0", "plant.satellite_fraction=0"});
+  const PlaceIdentification id = identify_places(run);
+  INFO(id.uninformative);
+  REQUIRE(id.uninformative.empty());
+  REQUIRE(id.table.size() == 18);
+  CHECK(id.prints.small_drop_height_mm / id.prints.drop_height_mm ==
+        Approx(0.5).margin(0.02));  // 14 V of 20 V
+  const Experiment e = parse_experiment(places_toml(id), "lab.toml");
+  CHECK(e.actuation.heights_mm.size() == 17 * 25);
+  CHECK(e.actuation.small_share == Approx(0.5).margin(0.02));
+  const plant::DropletParams p;
+  const GridSpec g{9, 9, run.experiment().grid.pitch_x_mm, run.experiment().grid.pitch_y_mm, 0.0, 0.0};
+  for (int n = id.table.places(); n < id.table.size(); ++n) {
+    plant::DropletParams small = p;
+    small.cap_radius_mm *= std::cbrt(0.5);
+    small.film_radius_mm *= std::cbrt(0.5);
+    plant::Field ground(g, p.fine_cells, p.margin_cells);
+    ground.land(small, 0.5 * p.volume_mm3, g.x_mm(4) + id.table[n].x * g.pitch_x_mm,
+                g.y_mm(4) + id.table[n].y * g.pitch_y_mm);
+    ground.cure(p.cure_shrink);
+    const HeightMap truth = ground.cell_means();
+    for (int dy = -2; dy <= 2; ++dy)
+      for (int dx = -2; dx <= 2; ++dx) {
+        CAPTURE(n, dx, dy);
+        CHECK(std::abs(id.prints.kernels[std::size_t(n)].at(dx, dy) - truth.at(4 + dx, 4 + dy)) <
+              0.06 * 7.6e-3);
+      }
+  }
+}
+
 TEST_CASE("Droplets at too few heights in a row of cells tell no kernel, and why") {
   const PlaceIdentification id = identify_places(
       observe_print(kExperiments + "places.toml", {"grid.ny=60", "part.depth_mm=15.7", "actuation.offsets=x",

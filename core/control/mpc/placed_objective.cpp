@@ -73,7 +73,8 @@ PlacedObjective::Effect PlacedObjective::effect(const Setup& s, const HeightMap&
         outside_mm += given_mm;
     }
   e.mm[deposition::OffsetKernel::index(0, 0)] = own_mm;
-  e.price = outside_price_ * outside_mm + droplet_price_;
+  const double share = model.table.share(place);  // its scatter is relative
+  e.price = outside_price_ * outside_mm + share * share * droplet_price_;
   return e;
 }
 

@@ -14,8 +14,9 @@ namespace firn::control::mpc {
 
 /// A layer of at most one droplet per cell, each at one of the places that its cell offers, after the rule of
 /// deposition::OffsetChange: heights are linear in the droplets for given ground. A cell offers every place
-/// of the table where a kernel reaches beside the part, and the centre alone elsewhere: inside the part a
-/// place decides nothing, and each height in a row of cells costs a run of the stage.
+/// of the table, with droplets of both sizes if there are two, where a kernel reaches beside the part, and
+/// the centre alone elsewhere: inside the part a place decides nothing, and each height in a row of cells
+/// costs a run of the stage.
 ///
 /// Sums of |e| or e^2 over the part and the price of height beside it, as PlanCost has them, with alpha = 1.
 class PlacedObjective {

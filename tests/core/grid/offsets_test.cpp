@@ -55,6 +55,26 @@ TEST_CASE("A table of places has the centre as number 0 and is symmetric about i
   CHECK_THROWS_WITH(OffsetTable({OffsetKind::kX, 9, 1}), Catch::Contains("positions_x"));
 }
 
+TEST_CASE("With a second size of droplet a table has each place twice, first those of the first size") {
+  for (const OffsetKind kind : {OffsetKind::kX, OffsetKind::kGrid}) {
+    const OffsetTable one({kind, 4, 3}), two({kind, 4, 3, 0.45});
+    CHECK(one.places() == one.size());
+    REQUIRE(two.size() == 2 * one.size());
+    CHECK(two.places() == one.size());
+    CHECK(two.sub_rows() == one.sub_rows());
+    for (int n = 0; n < two.size(); ++n) {
+      CHECK(two.place(n) == n % one.size());
+      CHECK(two[n] == one[two.place(n)]);
+      CHECK(two.sub_row(n) == one.sub_row(two.place(n)));
+      CHECK(two.small(n) == (n >= one.size()));
+      CHECK(two.share(n) == (two.small(n) ? 0.45 : 1.0));
+      CHECK(two.nearest(two[n]) == two.place(n));
+    }
+  }
+  CHECK_NOTHROW(OffsetTable({OffsetKind::kGrid, 7, 9 - 1, 0.5}));
+  CHECK_THROWS_WITH(OffsetTable({OffsetKind::kGrid, 8, 8, 0.5}), Catch::Contains("more than 128"));
+}
+
 TEST_CASE("A place beyond the table is refused with its cell") {
   Placement p{OffsetTable({OffsetKind::kX, 4, 1}), OffsetMap(kNineBySeven), 0.0};
   CHECK_NOTHROW(check(p, kNineBySeven));
