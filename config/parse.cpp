@@ -328,7 +328,7 @@ class Reader {
   }
   static bool take(const toml::node& node, std::vector<double>& out) {
     const toml::array* numbers = node.as_array();
-    if (!numbers || numbers->size() > 1000) return false;
+    if (!numbers || numbers->size() > 4000) return false;
     out.clear();
     for (const toml::node& entry : *numbers)
       if (!take(entry, out.emplace_back())) return false;
