@@ -29,6 +29,13 @@ class Printer {
     jitter_mm_ = jitter_mm;
     before_ = measured();
   }
+  /// From now on a droplet's ink ends up evenly over so many cells to either side.
+  void flow(int reach) { reach_ = reach; }
+  /// From now on all cells of a row share an error of each scan.
+  void share_errors(double row_mm) {
+    row_mm_ = row_mm;
+    before_ = measured();
+  }
   /// From now on every second column is of ink B, whose droplets add so many times their height.
   void second_ink(double share) {
     inks_ = MaterialMap(e_.grid);
@@ -51,6 +58,13 @@ class Printer {
         if (drops.at(i, j) == 0) continue;
         const bool b = !inks_.cells.empty() && inks_.of(e_.grid.index(i, j)) == Material::kB;
         const double volume = (b ? share_b_ : share) * (1.0 + 0.1 * random_.normal());
+        if (reach_ > 0) {
+          const double side = 2.0 * reach_ + 1.0, all = h[0] + 4.0 * h[1] + 4.0 * h[2];
+          for (int y = j - reach_; y <= j + reach_; ++y)
+            for (int x = i - reach_; x <= i + reach_; ++x)
+              if (e_.grid.contains(x, y)) surface_.at(x, y) += volume * all / (side * side);
+          continue;
+        }
         if (in_pits_) {
           surface_.at(i, j) += volume * (h[0] + 4.0 * h[1] + 4.0 * h[2]);
           continue;
@@ -76,6 +90,10 @@ class Printer {
   HeightMap measured() {
     HeightMap m = surface_;
     for (double& h : m.cells) h += noise_mm_ * random_.normal();
+    for (int j = 0; row_mm_ > 0.0 && j < e_.grid.ny; ++j) {
+      const double error = row_mm_ * random_.normal();
+      for (int i = 0; i < e_.grid.nx; ++i) m.at(i, j) += error;
+    }
     const int last = 2 + side_;
     for (int j = 3; j <= last; ++j)
       for (int i = 3; i <= last; ++i)
@@ -86,6 +104,8 @@ class Printer {
   int side_;
   double noise_mm_;
   bool in_pits_ = false;
+  int reach_ = 0;
+  double row_mm_ = 0.0;
   double jitter_mm_ = 0.0;
   double share_b_ = 1.0;
   RandomStream random_;
@@ -150,6 +170,39 @@ TEST_CASE("Droplets in pits, which take what the model gives to the walls, are n
     printer.dig();
     INFO("seed " << seed);
     CHECK(found_after(printer, 50, random.uniform(0.7, 1.5), random.uniform(0.02, 1.0)) == 0);
+  }
+}
+
+TEST_CASE("Ink that flows off its cells is no dead nozzle, and where none comes one is found", "[I12]") {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed)
+    for (const int reach : {1, 2, 3}) {
+      RandomStream random(seed, Purpose::kInstance);
+      Printer printer(6 + int(random.below(12)), 0.001 * random.uniform(0.2, 1.5), seed);
+      printer.flow(reach);
+      INFO("seed " << seed << ", " << reach << " cells far");
+      CHECK(found_after(printer, 50, random.uniform(0.8, 1.2), random.uniform(0.02, 1.0)) == 0);
+      Printer dead(10, 0.001, seed);
+      dead.flow(reach);
+      for (int n = 0; n < 5; ++n) CHECK(dead.layer(1.0).empty());
+      CHECK(found_after(dead, 2, 0.0) > 0);
+    }
+}
+
+TEST_CASE("Errors that all cells of a profile share are no ink, and no droplets that miss", "[I12]") {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    RandomStream random(seed, Purpose::kInstance);
+    Printer printer(8 + int(random.below(8)), 0.001, seed);
+    printer.share_errors(random.uniform(0.002, 0.012));
+    INFO("seed " << seed);
+    CHECK(found_after(printer, 50, random.uniform(0.8, 1.2), random.uniform(0.01, 1.0)) == 0);
+  }
+}
+
+TEST_CASE("A leak beside full layers is found by the volume that the droplets do not explain", "[I12]") {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Printer printer(12, 0.001, seed);
+    for (int n = 0; n < 10; ++n) CHECK(printer.layer(0.85).empty());
+    CHECK_THAT(printer.layer(0.85, 1.0, 0.8 * 0.0076).text, Catch::Contains("a nozzle leaks"));
   }
 }
 
