@@ -19,6 +19,7 @@
 #include "studies/identify/identify.h"
 #include "studies/identify/identify_beads.h"
 #include "studies/identify/identify_places.h"
+#include "studies/identify/identify_runs.h"
 #include "studies/reproduce/reproduce.h"
 
 namespace firn {
@@ -279,12 +280,77 @@ int identify_speeds(const IdentifyOptions& options) {
   return kOk;
 }
 
+ordered_json pooled_json(const IdentifyOptions& options, const PooledIdentification& p) {
+  ordered_json constants = ordered_json::array();
+  for (const PooledConstant& c : p.constants) {
+    const double scale = c.length ? 1e3 : 1.0;
+    ordered_json without = ordered_json::array();
+    for (const double v : c.without) without.push_back(scale * v);
+    constants.push_back({{"name", c.name},
+                         {"unit", c.length ? "um" : ""},
+                         {"mean", scale * c.value},
+                         {"half_width", scale * c.half_width},
+                         {"without_each_run", without},
+                         {"runs_without_it", c.runs_without_it}});
+  }
+  return {{"runs", options.runs},
+          {"intervals", "95 %, by leaving one run out"},
+          {"identified", p.uninformative.empty()},
+          {"reason", p.uninformative},
+          {"constants", constants}};
+}
+
+void show_pooled(const PooledIdentification& p, std::size_t runs) {
+  fmt::print("{} runs; 95 % intervals by leaving one run out\n", runs);
+  for (const PooledConstant& c : p.constants) {
+    const DisplayUnit unit = display_unit_for(p.constants.back().value);
+    if (c.runs_without_it.empty())
+      fmt::print("{:<18} {}{}\n", c.name,
+                 c.length ? text_of(c.value, c.half_width, unit) + " "
+                          : fmt::format("{:.4f} +- {:.4f}", c.value, c.half_width),
+                 c.length ? unit.name : "");
+    else
+      fmt::print("{:<18} not found: {} of {} runs do not tell it\n", c.name, c.runs_without_it.size(), runs);
+  }
+}
+
+int identify_several(const IdentifyOptions& options) {
+  if (!options.output.empty()) throw UsageError("--output: a picture is drawn of one run alone");
+  if (options.model == "places") throw UsageError("--model places takes one run");
+  std::vector<decltype(use_sealed_run(options.runs.front(), true))> still;
+  std::vector<bool> speeds;
+  for (const std::string& run : options.runs) {
+    still.push_back(use_sealed_run(run, options.unsealed));
+    speeds.push_back(options.model == "beads" || (options.model == "auto" && records_speeds(run)));
+    if (speeds.back() != speeds.front())
+      throw UsageError(options.runs.front() + " and " + run +
+                       " are no runs of one model: only one records speeds");
+  }
+  PooledIdentification p;
+  if (speeds.front()) {
+    std::vector<std::vector<bead::Bead>> runs;
+    for (const std::string& run : options.runs) runs.push_back(recorded_beads(run));
+    p = pool(runs, options.runs);
+  } else {
+    std::vector<Identification> runs;
+    for (const std::string& run : options.runs) runs.push_back(identify(ObservedRun::read(run)));
+    p = pool(runs, options.runs);
+  }
+  if (options.json)
+    std::puts(pooled_json(options, p).dump(2).c_str());
+  else if (p.uninformative.empty())
+    show_pooled(p, options.runs.size());
+  if (p.uninformative.empty()) return kOk;
+  fmt::print(stderr, "{}\n", p.uninformative);
+  return kFailed;
+}
+
 int identify_one(const IdentifyOptions& options) {
-  if (options.runs.size() != 1) throw UsageError("firn identify takes one run; several only with --spacing");
   const std::string& run = options.runs.front();
   const std::string& model = options.model;
   if (model != "auto" && model != "droplets" && model != "places" && model != "beads")
     throw UsageError("--model " + model + ": must be one of auto, droplets, places, beads");
+  if (options.runs.size() > 1) return identify_several(options);
   const auto still = use_sealed_run(run, options.unsealed);
   if (model == "beads" || (model == "auto" && records_speeds(run))) return identify_speeds(options);
   const ObservedRun observed = ObservedRun::read(run);
@@ -355,7 +421,11 @@ int run_identify(const IdentifyOptions& options) {
 
 void declare_identify(OptionSet& options) {
   auto& o = options.calls(run_identify);
-  options.option("RUN", o.runs, "run folder; with --spacing several, each at another spacing of droplets")
+  options
+      .option(
+          "RUN", o.runs,
+          "run folder; several: one model of all, with intervals by leaving one run out; with --spacing each "
+          "at another spacing of droplets")
       .required();
   options.flag("--spacing", o.spacing, "chooses the spacing of droplets from prints of squares");
   options.option("--diameter", o.diameter_mm, "with --spacing: droplet diameter [mm]").show_default();

@@ -143,6 +143,8 @@ BeadIdentification identify_beads(const std::vector<Bead>& beads) {
   return id;
 }
 
+std::vector<Bead> recorded_beads(const std::filesystem::path& run) { return record_of(run).beads; }
+
 BeadIdentification identify_beads(const std::filesystem::path& run) try {
   const BeadRecord record = record_of(run);
   BeadIdentification id = identify_beads(record.beads);

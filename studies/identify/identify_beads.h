@@ -36,6 +36,9 @@ struct BeadIdentification {
 /// @throws UsageError naming the run: no imported record with inputs, fewer than three beads
 BeadIdentification identify_beads(const std::filesystem::path& run);
 
+/// The beads of a run, sorted by layer. @throws UsageError as above
+std::vector<bead::Bead> recorded_beads(const std::filesystem::path& run);
+
 /// The same of beads in memory. @param beads sorted by layer
 BeadIdentification identify_beads(const std::vector<bead::Bead>& beads);
 

@@ -9,6 +9,7 @@
 #include "files/usage_error.h"
 #include "plant/inkjet/field.h"
 #include "studies/identify/identify_places.h"
+#include "studies/identify/identify_runs.h"
 #include "tests/support/planted_trial.h"
 
 using namespace firn;
@@ -219,6 +220,56 @@ TEST_CASE("What a look at some layers finds of a long run is near what its fit f
   CHECK(*glance > fitted / 3);
   CHECK(*glance < 3 * fitted);
   CHECK(identify(run).fit.evaluations > 0);
+}
+
+TEST_CASE(
+    "Intervals by leaving one run out hold what differs from run to run, and those of all beads do not") {
+  // Each run has a wire of its own: its heights are higher or lower by some percent, all layers alike.
+  constexpr double kA = -0.46, kB = 1.65;
+  int held = 0, held_by_all = 0;
+  constexpr int kTrials = 60;
+  for (std::uint64_t trial = 1; trial <= kTrials; ++trial) {
+    RandomStream random(trial, Purpose::kTest);
+    std::vector<std::vector<bead::Bead>> runs(5);
+    std::vector<bead::Bead> all;
+    int layer_of_all = 0;
+    for (auto& run : runs) {
+      const double wire = 0.1 * random.normal();
+      for (int layer = 1; layer <= 6; ++layer, ++layer_of_all)
+        for (std::uint32_t segment = 0; segment < 12; ++segment) {
+          const double v = random.uniform(4.0, 15.0);
+          run.push_back({layer, segment, v, std::exp(kA * std::log(v) + kB + wire + 0.05 * random.normal())});
+          all.push_back(run.back());
+          all.back().layer = layer_of_all;
+        }
+    }
+    const PooledIdentification p = pool(runs, std::vector<std::string>(5, "run"));
+    REQUIRE(p.uninformative.empty());
+    REQUIRE(p.constants.size() == 2);
+    CHECK(p.constants[0].value == Approx(bead::fit_bead_law(all).law.a));
+    held += std::abs(p.constants[1].value - kB) <= p.constants[1].half_width;
+    const bead::BeadFit fit = bead::fit_bead_law(all);
+    held_by_all += std::abs(fit.law.b - kB) <= fit.b_half_width;
+  }
+  CHECK(held >= 0.88 * kTrials);
+  CHECK(held_by_all < held);
+}
+
+TEST_CASE("Constants of several runs are their means, with the interval of a mean over runs") {
+  std::vector<Identification> runs(3);
+  for (const std::size_t n : {0u, 1u, 2u}) {
+    runs[n].h1.mean_mm = 0.0044 + 0.0001 * double(n);
+    runs[n].h2.mean_mm = 0.0006;
+  }
+  runs[1].not_found[2] = "at its prior";
+  const PooledIdentification p = pool(runs, {"a", "b", "c"});
+  CHECK(p.constants[0].value == Approx(0.0045));
+  CHECK(p.constants[0].half_width == Approx(4.302653 * 0.0001 / std::sqrt(3.0)));
+  CHECK(p.constants[1].half_width == Approx(0.0).margin(1e-12));
+  CHECK(p.constants[2].runs_without_it == std::vector<std::string>{"b"});
+  runs[2].uninformative = "full layers";
+  CHECK(pool(runs, {"a", "b", "c"}).uninformative == "c: full layers");
+  CHECK_THROWS_AS(pool({runs[0]}, {"a"}), UsageError);
 }
 
 TEST_CASE("What is no run, has no squares or too few spacings is named") {
