@@ -23,11 +23,11 @@ def cause(print_):
     return re.sub(r"-?\d+(\.\d+)?", "#", print_["reason"])
 
 
-def by_cause(prints):
-    """@returns {cause: prints that stopped by it}"""
+def by_cause(prints, outcome=""):
+    """@returns {cause: prints that stopped by it}; with an outcome those that ended with this one alone"""
     found = {}
     for p in prints:
-        if stopped(p):
+        if stopped(p) and (not outcome or p["outcome"] == outcome):
             found[cause(p)] = found.get(cause(p), 0) + 1
     return found
 
