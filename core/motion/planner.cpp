@@ -165,22 +165,6 @@ void bound(const PathInput& path, const Arm& arm, const MotionLimits& limits, Pl
   }
 }
 
-/// PointRule::kFaster; of equally fast ones the one that holds the points.
-PlanResult plan_faster(const PathInput& path, const Arm& arm, const MotionLimits& limits, PlanOptions options,
-                       CertifiedWork& work) {
-  options.point_rule = PointRule::kRamped;
-  PlanResult ramped = plan_certified(path, arm, limits, options, work);
-  options.point_rule = PointRule::kHeld;
-  try {
-    PlanResult held = plan_certified(path, arm, limits, options, work);
-    return held.trajectory.certificate.duration_s <= ramped.trajectory.certificate.duration_s
-               ? std::move(held)
-               : std::move(ramped);
-  } catch (const MotionError&) {  // no such curve
-    return ramped;
-  }
-}
-
 }  // namespace
 
 PlanResult plan(const PathInput& path, const Arm& arm, const MotionLimits& limits, const PlanOptions& options,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "core/motion/kinematics/placement.h"
@@ -96,10 +97,9 @@ Fault in_input(Fault fault, const CleanPath& path, const PathInput& input, const
   return fault;
 }
 
-}  // namespace
-
-PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
-                          const PlanOptions& options, CertifiedWork& work) {
+/// Nothing, without a tolerance, where the path takes longer than `max_s`.
+std::optional<PlanResult> plan_within(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                                      const PlanOptions& options, double max_s, CertifiedWork& work) {
   check_options(options);
   check_limits(limits, arm.joints());
   const CleanPath path = clean(input);
@@ -110,7 +110,8 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   PlanResult result;
   result.configuration = task.placement.configuration = chosen;
   try {
-    const std::size_t count = plan_segments(path, task, work.stops);
+    const std::size_t count = plan_segments(path, task, work.stops, max_s);
+    if (count == 0) return std::nullopt;
     const std::span<StopSegment> segments = std::span(work.stops.segments).first(count);
     for (StopSegment& segment : segments) {
       work.stops.segment.speed.prove(task, segment);
@@ -121,6 +122,31 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
     throw MotionError(in_input(error.fault(), path, input, task.placement));
   }
   return result;
+}
+
+}  // namespace
+
+PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                          const PlanOptions& options, CertifiedWork& work) {
+  return *plan_within(input, arm, limits, options, kNoMaxDuration_s, work);
+}
+
+PlanResult plan_faster(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                       PlanOptions options, CertifiedWork& work) {
+  options.point_rule = PointRule::kHeld;
+  std::optional<PlanResult> held;
+  double max_s = kNoMaxDuration_s;
+  try {
+    held = plan_certified(input, arm, limits, options, work);
+    max_s = held->trajectory.certificate.duration_s - kFewerTicks * options.tick_s;
+  } catch (const MotionError&) {  // no such curve
+  }
+  options.point_rule = PointRule::kRamped;
+  std::optional<PlanResult> ramped = plan_within(input, arm, limits, options, max_s, work);
+  const auto faster = [](const PlanResult& a, const PlanResult& b) {
+    return a.trajectory.certificate.duration_s < b.trajectory.certificate.duration_s;
+  };
+  return ramped && (!held || faster(*ramped, *held)) ? std::move(*ramped) : std::move(*held);
 }
 
 }  // namespace firn::motion

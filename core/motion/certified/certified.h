@@ -24,8 +24,14 @@ struct CertifiedWork {
   const std::vector<StopSegment>& segments() const { return stops.segments; }
 };
 
-/// Plans a whole path. Throws MotionError, with Fault::at in the input's frame.
+/// Plans a whole path by options.point_rule, but for kFaster. Throws MotionError, with Fault::at in the
+/// input's frame.
 PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLimits& limits,
                           const PlanOptions& options, CertifiedWork& work);
+
+/// The same without a tolerance by PointRule::kFaster: the faster of the two curves, of equally fast ones the
+/// one that holds the points. The other one is planned only as far as it may be faster.
+PlanResult plan_faster(const PathInput& input, const Arm& arm, const MotionLimits& limits,
+                       PlanOptions options, CertifiedWork& work);
 
 }  // namespace firn::motion

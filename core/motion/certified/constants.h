@@ -178,6 +178,8 @@ inline constexpr std::size_t kConfigurationStride = 16;
 inline constexpr double kMinTick_s = 1e-5;
 /// Relative slowing down that covers the rounding of sums of the motion's derivatives.
 inline constexpr double kDerivativeRounding = 4e-9;
+/// Ticks, or almost so many, that a motion must save to be emitted as a faster one.
+inline constexpr double kFewerTicks = 0.999;
 /// Tries to slow the emitted samples down to their limits.
 inline constexpr int kMaxEmissionTries = 4;
 

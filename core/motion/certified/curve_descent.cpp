@@ -107,7 +107,7 @@ class CurveDescent {
     CellSizes sizes = SpeedPlanner::cell_sizes(part_, task);
     sizes.split *= kLastSplit;
     measure(task);
-    speed_.plan(part_, sizes, kUnlimited, task, curve_.curve, trial_);
+    speed_.plan(part_, sizes, {}, task, curve_.curve, trial_);
     if (trial_.duration_s() < out_.duration_s()) std::swap(trial_, out_);
   }
 
@@ -206,7 +206,8 @@ class CurveDescent {
   }
 
   void plan(double max_s, const CertifiedTask& task, StopSegment& segment) {
-    speed_.plan(part_, SpeedPlanner::cell_sizes(part_, task), max_s, task, curve_.curve, segment);
+    speed_.plan(part_, SpeedPlanner::cell_sizes(part_, task), {.planned_s = max_s}, task, curve_.curve,
+                segment);
   }
 
   /// Plans along the fit of this radius, which becomes `out_` where it is faster, or the first. Returns its

@@ -69,24 +69,24 @@ bool ShapeChoice::free_form(const PathPart& part) {
   return double(meant) < kRecognisedShare * double(chord_count);
 }
 
-void ShapeChoice::plan_still(const PathPart& part, Shape shape, double max_s, StopSegment& out) {
+void ShapeChoice::plan_still(const PathPart& part, Shape shape, const MaxDuration& max, StopSegment& out) {
   out.first = part.first;
   out.last = part.last;
   const CellSizes sizes = SpeedPlanner::cell_sizes(part, task_);
   const bool built = work_.curve.build(part, shape, sizes, task_.options, out);
   if (part.points.size() > kMaxKeptTube) work_.curve.tube = {};
   if (built)
-    work_.speed.plan(part, sizes, max_s, task_, work_.curve.curve, out);
+    work_.speed.plan(part, sizes, max, task_, work_.curve.curve, out);
   else
     give_up(out);
 }
 
-void ShapeChoice::plan_shape(const PathPart& part, Shape shape, double max_s, StopSegment& out) {
+void ShapeChoice::plan_shape(const PathPart& part, Shape shape, const MaxDuration& max, StopSegment& out) {
   const PlanOptions& options = task_.options;
   const bool worth_it =
       moves_within_tolerance(options) || (options.slack == 0.0 && options.method == Method::kOptimal);
   if (shape != Shape::kFitted || !worth_it || !path_.yaw_rad.empty())
-    return plan_still(part, shape, max_s, out);
+    return plan_still(part, shape, max, out);
   out.first = part.first;
   out.last = part.last;
   plan_by_descent(part, task_, work_.curve, work_.speed, work_.descent, out);
@@ -94,15 +94,15 @@ void ShapeChoice::plan_shape(const PathPart& part, Shape shape, double max_s, St
 
 void ShapeChoice::plan_likely(std::size_t from, std::size_t to, StopSegment& out) {
   const PathPart part = part_of(from, to);
-  plan_still(part, free_form(part) ? Shape::kFitted : Shape::kRamped, 0.0, out);
+  plan_still(part, free_form(part) ? Shape::kFitted : Shape::kRamped, {.planned_s = 0.0}, out);
 }
 
 void ShapeChoice::plan_chord(std::size_t from, std::size_t to, StopSegment& out) {
   const PathPart part = part_of(from, to);
   const Point2 ends[2] = {part.points.front(), part.points.back()};
   const double limit = *std::min_element(part.speed_limit.begin(), part.speed_limit.end());
-  plan_still({.points = ends, .speed_limit = {&limit, 1}, .first = from, .last = to}, Shape::kRamped,
-             kNoMaxDuration_s, out);
+  plan_still({.points = ends, .speed_limit = {&limit, 1}, .first = from, .last = to}, Shape::kRamped, {},
+             out);
   if (!std::isfinite(out.duration_s())) return;
   std::vector<Point2> samples;
   const GivenReference path = sample_given(part.points, part.given, samples);
@@ -116,15 +116,15 @@ ShapeChoice::Case ShapeChoice::case_of(bool free_form) const {
   return free_form && hold_mm(task_.options) > 0.0 ? Case::kHeldSamples : Case::kOneShape;
 }
 
-void ShapeChoice::plan(std::size_t from, std::size_t to, StopSegment& out) {
+void ShapeChoice::plan(std::size_t from, std::size_t to, StopSegment& out, double max_s) {
   const PathPart part = part_of(from, to);
   const bool free = free_form(part);
   switch (case_of(free)) {
     case Case::kOneShape:
-      plan_shape(part, free ? Shape::kFitted : Shape::kRamped, kNoMaxDuration_s, out);
+      plan_shape(part, free ? Shape::kFitted : Shape::kRamped, {.bound_s = max_s}, out);
       return work_.speed.prove(task_, out);
     case Case::kHeldSamples:
-      plan_held(part, out);
+      plan_held(part, max_s, out);
       return work_.speed.prove(task_, out);
     case Case::kWithinTolerance:
       return plan_within_tolerance(part, free, out);
@@ -133,18 +133,19 @@ void ShapeChoice::plan(std::size_t from, std::size_t to, StopSegment& out) {
 
 /// Plans the spline inside the tube about the samples and the curve through them; keeps the one that holds
 /// them, then the faster one.
-void ShapeChoice::plan_held(const PathPart& part, StopSegment& out) {
+void ShapeChoice::plan_held(const PathPart& part, double max_s, StopSegment& out) {
   StopSegment& other = work_.other;
-  plan_shape(part, Shape::kFitted, kNoMaxDuration_s, out);
-  plan_shape(part, Shape::kRamped, kNoMaxDuration_s, other);
-  if (better(other, holds(other, task_.options), out, holds(out, task_.options))) std::swap(other, out);
+  plan_shape(part, Shape::kFitted, {.bound_s = max_s}, out);
+  const bool fits = holds(out, task_.options);
+  plan_shape(part, Shape::kRamped, {.bound_s = fits ? std::min(max_s, out.duration_s()) : max_s}, other);
+  if (better(other, holds(other, task_.options), out, fits)) std::swap(other, out);
 }
 
 /// The likeliest shape first; the others only where it is not near the fastest that can be: inside the
 /// tolerance as fast as on a straight line, or with slack where there are no samples that a fit would smooth.
 void ShapeChoice::plan_within_tolerance(const PathPart& part, bool free_form, StopSegment& out) {
   const PlanOptions& options = task_.options;
-  plan_shape(part, free_form ? Shape::kFitted : Shape::kRamped, kNoMaxDuration_s, out);
+  plan_shape(part, free_form ? Shape::kFitted : Shape::kRamped, {}, out);
   if (inside_tolerance(out, options)) {
     const double straight_s = straight_time_s(part.first, part.last, 1.0);
     if (out.duration_s() <= (kAcceptedOverStraight + options.slack) * straight_s) return;
@@ -153,7 +154,8 @@ void ShapeChoice::plan_within_tolerance(const PathPart& part, bool free_form, St
   }
   for (const Shape shape : {free_form ? Shape::kRamped : Shape::kFitted, Shape::kPlain}) {
     StopSegment& other = work_.other;
-    plan_shape(part, shape, inside_tolerance(out, options) ? out.duration_s() : kNoMaxDuration_s, other);
+    const double max_s = inside_tolerance(out, options) ? out.duration_s() : kNoMaxDuration_s;
+    plan_shape(part, shape, {max_s, max_s}, other);
     if (better(other, inside_tolerance(other, options), out, inside_tolerance(out, options)))
       std::swap(other, out);
   }

@@ -25,7 +25,9 @@ class ShapeChoice {
       : path_(path), task_(task), work_(work) {}
 
   /// Plans between two stops, points of the path.
-  void plan(std::size_t from, std::size_t to, StopSegment& out);
+  /// @param max_s without a tolerance a motion that is slower may be left unplanned: its duration is
+  /// unlimited
+  void plan(std::size_t from, std::size_t to, StopSegment& out, double max_s = kNoMaxDuration_s);
 
   /// Plans along the one shape that the points suggest, without comparison.
   void plan_likely(std::size_t from, std::size_t to, StopSegment& out);
@@ -44,14 +46,14 @@ class ShapeChoice {
     kWithinTolerance  ///< any shape within the tolerance will do
   };
   Case case_of(bool free_form) const;
-  void plan_held(const PathPart& part, StopSegment& out);
+  void plan_held(const PathPart& part, double max_s, StopSegment& out);
   void plan_within_tolerance(const PathPart& part, bool free_form, StopSegment& out);
 
   PathPart part_of(std::size_t from, std::size_t to) { return motion::part_of(path_, from, to, work_.given); }
   bool free_form(const PathPart& part);
   /// Plans along the curve of one shape. A fitted curve moves where the time saved is worth it.
-  void plan_shape(const PathPart& part, Shape shape, double max_s, StopSegment& out);
-  void plan_still(const PathPart& part, Shape shape, double max_s, StopSegment& out);
+  void plan_shape(const PathPart& part, Shape shape, const MaxDuration& max, StopSegment& out);
+  void plan_still(const PathPart& part, Shape shape, const MaxDuration& max, StopSegment& out);
 
   const CleanPath& path_;
   const CertifiedTask& task_;

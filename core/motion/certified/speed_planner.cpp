@@ -149,6 +149,19 @@ bool SpeedPlanner::plan_straight(const CertifiedTask& task, StopSegment& out) {
   return true;
 }
 
+bool SpeedPlanner::surely_slower(double max_s, const CertifiedTask& task, const StopSegment& out) {
+  rows_of_ = 0;
+  set_rows(task, out);
+  const auto above = [&] {
+    set_duration(out.curve, rows_, task.groups, 0, out.curve.cells(), bound_);
+    return bound_.duration_s > max_s;
+  };
+  speed_bound(out.curve, rows_, task.groups, task.groups.count, bound_);
+  if (above()) return true;
+  tighten_bound(out.curve, rows_, task.groups, bound_);
+  return above();
+}
+
 void SpeedPlanner::solve(const CertifiedTask& task, RowGroups& groups, int active, const Effort& effort,
                          StopSegment& out) {
   const bool starts = in_window_ && start_.b[0] > 0.0;
@@ -207,17 +220,19 @@ bool SpeedPlanner::attempt(const CertifiedTask& task, double max_s, const Finer&
   return false;
 }
 
-void SpeedPlanner::plan(const PathPart& part, const CellSizes& sizes, double max_s, const CertifiedTask& task,
-                        CurveWork& curve, StopSegment& out) {
+void SpeedPlanner::plan(const PathPart& part, const CellSizes& sizes, const MaxDuration& max,
+                        const CertifiedTask& task, CurveWork& curve, StopSegment& out) {
   refine(sizes, curve, out.curve);
   set_speed_limit(part.points, part.speed_limit, curve, out.curve);
   if (out.curve.straight && part.yaw_rad.empty() && plan_straight(task, out)) return;
-  if (out.curve.cells() > kMaxWholeCells && plan_windows(sizes, max_s, task, out)) return;
+  const bool whole = out.curve.cells() <= kMaxWholeCells;
+  if (!whole && plan_windows(sizes, max.planned_s, task, out)) return;
+  if (whole && max.bound_s < kNoMaxDuration_s && surely_slower(max.bound_s, task, out)) return give_up(out);
   const Finer finer = [&](Curve& fine) {
     divide(sizes, curve, excess_, kCellFactor, fine);
     set_speed_limit(part.points, part.speed_limit, curve, fine);
   };
-  if (!attempt(task, max_s, finer, out)) fall_back(part, sizes, task, curve, out);
+  if (!attempt(task, max.planned_s, finer, out)) fall_back(part, sizes, task, curve, out);
 }
 
 /// The solver's first guess, slowed down, always serves.

@@ -14,6 +14,14 @@
 
 namespace firn::motion {
 
+/// Durations from which a motion is of no use.
+struct MaxDuration {
+  /// The work on a motion ends where it is slower before time scaling. Finer cells might have made it faster.
+  double planned_s = kNoMaxDuration_s;
+  /// No motion is sought, and the duration is unlimited, where the lower bound along the curve is larger.
+  double bound_s = kNoMaxDuration_s;
+};
+
 /// Keeps its buffers from segment to segment. A long curve is planned, and proved, window by window
 /// (speed_windows.cpp): its buffers are as large as a window.
 class SpeedPlanner {
@@ -23,8 +31,7 @@ class SpeedPlanner {
 
   /// Plans along curve.coarse, whose deviation and points `out` has already. Throws MotionError with
   /// Fault::at in the base frame.
-  /// @param max_s a motion that is slower than this before time scaling is abandoned
-  void plan(const PathPart& part, const CellSizes& sizes, double max_s, const CertifiedTask& task,
+  void plan(const PathPart& part, const CellSizes& sizes, const MaxDuration& max, const CertifiedTask& task,
             CurveWork& curve, StopSegment& out);
 
   /// Makes the ratios of a planned segment bounds at every instant (time_optimal/motion_bounds.h), its factor
@@ -43,6 +50,8 @@ class SpeedPlanner {
   /// Sets the ratios of `out` and its factor from these samples.
   void check(const CertifiedTask& task, int inner, StopSegment& out);
   bool plan_straight(const CertifiedTask& task, StopSegment& out);
+  /// Returns true if no motion along out.curve takes as little as `max_s`. Overwrites rows_ and bound_.
+  bool surely_slower(double max_s, const CertifiedTask& task, const StopSegment& out);
   void solve(const CertifiedTask& task, RowGroups& groups, int active, const Effort& effort,
              StopSegment& out);
   bool solve_active(const CertifiedTask& task, const Effort& effort, bool all, StopSegment& out);

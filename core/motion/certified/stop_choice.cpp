@@ -76,8 +76,8 @@ class StopChoice {
         work_(work) {}
 
   /// Plans between the corners, or between some of them where rolling the others is faster. Returns the
-  /// number of segments.
-  std::size_t choose();
+  /// number of segments, 0 = without a tolerance they take longer than `max_s`.
+  std::size_t choose(double max_s);
 
   /// Replaces each of `count` segments whose curve leaves the tolerance (a cusp, a spike, a tangle shorter
   /// than the tolerance) by a thinned polygon with rests at its vertices, held points first by segments
@@ -142,7 +142,7 @@ double StopChoice::plan_all(const Stops& stops, std::vector<StopSegment>& out, d
     if (at < planned_count && planned[at].first == stops[k] && planned[at].last == stops[k + 1])
       out[k] = planned[at];
     else
-      shapes_.plan(stops[k], stops[k + 1], out[k]);
+      shapes_.plan(stops[k], stops[k + 1], out[k], max_s - total_s);
     total_s += out[k].duration_s();
   }
   return total_s;
@@ -162,13 +162,13 @@ void StopChoice::consider(const Stops& stops, bool fallback) {
   std::swap(work_.candidate, work_.segments);
 }
 
-std::size_t StopChoice::choose() {
+std::size_t StopChoice::choose(double max_s) {
   Stops corners, kept;
   find_corners(path_, options_, kept, corners);
   corners = with_stops(corners, path_);
   if (!(options_.tolerance_mm > 0.0) || corners.size() == 2) {
-    plan_all(corners, work_.segments);
-    return corners.size() - 1;
+    const double total_s = plan_all(corners, work_.segments, max_s);
+    return total_s > max_s && max_s < kNoMaxDuration_s ? 0 : corners.size() - 1;
   }
   // three candidates: roll where the neighbourhood says so, roll every corner that can be, stop at every
   // corner
@@ -219,7 +219,8 @@ void StopChoice::stop_at_turns(std::vector<StopSegment>& segments) {
       double total_s = 0.0;
       bool better = stops.size() > 2;
       for (std::size_t i = 0; better && i + 1 < stops.size(); ++i) {
-        shapes_.plan(stops[i], stops[i + 1], shorter.emplace_back());
+        shapes_.plan(stops[i], stops[i + 1], shorter.emplace_back(),
+                     held ? whole.duration_s() - total_s : kNoMaxDuration_s);
         total_s += shorter.back().duration_s();
         better = !held || (inside(shorter.back()) && total_s < whole.duration_s());
       }
@@ -264,9 +265,9 @@ std::size_t StopChoice::keep_inside(std::size_t count) {
 
 }  // namespace
 
-std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, StopWork& work) {
+std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, StopWork& work, double max_s) {
   StopChoice choice(path, task, work);
-  const std::size_t count = choice.keep_inside(choice.choose());
+  const std::size_t chosen = choice.choose(max_s), count = chosen > 0 ? choice.keep_inside(chosen) : 0;
   for (std::size_t k = 0; k < count; ++k)
     if (!std::isfinite(work.segments[k].duration_s())) throw MotionError(Fault(Reason::kNoSolution));
   return count;

@@ -16,6 +16,8 @@ struct StopWork {
 
 /// Splits a path and plans all its segments into work.segments[0 .. result - 1]; with a tolerance, corners
 /// are rolled where that is faster. Throws MotionError where no motion was found.
-std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, StopWork& work);
+/// @param max_s without a tolerance: 0 segments where the path takes longer
+std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, StopWork& work,
+                          double max_s = kNoMaxDuration_s);
 
 }  // namespace firn::motion

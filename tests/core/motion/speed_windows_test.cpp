@@ -8,6 +8,7 @@
 #include "core/motion/planner.h"
 #include "tests/core/motion/continuous_checker.h"
 #include "tests/core/motion/winding_path.h"
+#include "tests/replay/live_bytes.h"
 
 namespace firn::motion {
 namespace {
@@ -66,6 +67,19 @@ TEST_CASE("Held points of a path of several windows are passed within their roun
   plan_long(winding(6000), options, work);
   CHECK(work.segments[0].curve.cells() > kMaxWholeCells);
   CHECK(work.segments[0].points_off_mm <= PlanOptions::kMinHold_mm);
+}
+
+TEST_CASE("Each further point of a long path takes at most 2 kB") {
+  const auto bytes = [](std::size_t count) {
+    const std::vector<Point2> path = winding(count);
+    PathInput input;
+    input.points = path;
+    PlanOptions options = rounded_samples();
+    options.point_rule = PointRule::kFaster;
+    const auto arm = make_scara(cobra600());
+    return double(test::peak_live_bytes_of([&] { plan(input, *arm, cobra600_limits(), options); }));
+  };
+  CHECK(bytes(24000) - bytes(12000) < 2000.0 * 12000.0);
 }
 
 TEST_CASE("Twice the points take twice the solver's steps") {
