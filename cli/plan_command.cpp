@@ -355,11 +355,13 @@ void check_common(const PlanCommandOptions& o) {
 std::optional<std::string> slow_path_warning(const std::string& method, const std::string& place,
                                              std::size_t points) {
   constexpr double kPerPoint_s = 5e-3;  // samples 0.1 mm apart; method certified takes 6e-5 s
+  constexpr double kPerPoint_GB = 2.2e-5, kWindow_GB = 0.05;
   constexpr double kSaid_s = 10.0;
   const double cost_s = kPerPoint_s * double(points);
   if (method != "optimal" || cost_s < kSaid_s) return std::nullopt;
-  return fmt::format("{}: method optimal may take {:.0f} s for its {} points; certified is 80 times as fast",
-                     place, cost_s, points);
+  return fmt::format(
+      "{}: method optimal may take {:.0f} s and {:.1f} GB for its {} points; certified is 80 times as fast",
+      place, cost_s, kWindow_GB + kPerPoint_GB * double(points), points);
 }
 
 int run_plan(const PlanCommandOptions& o) {

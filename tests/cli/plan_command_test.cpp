@@ -253,11 +253,10 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
              Contains("--pulses"));
 }
 
-TEST_CASE(
-    "Method optimal says before a long path how long it may take, other methods and short paths nothing") {
+TEST_CASE("Method optimal says before a long path what it may take, other methods and short paths nothing") {
   const auto warning = slow_path_warning("optimal", "job.csv:2", 10000);
   REQUIRE(warning);
-  CHECK_THAT(*warning, Contains("job.csv:2") && Contains("50 s") && Contains("10000 points"));
+  CHECK_THAT(*warning, Contains("job.csv:2") && Contains("50 s and 0.3 GB") && Contains("10000 points"));
   CHECK_FALSE(slow_path_warning("optimal", "job.csv:2", 1000));
   CHECK_FALSE(slow_path_warning("certified", "job.csv:2", 1000000));
 }
