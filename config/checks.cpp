@@ -1,9 +1,11 @@
 #include "config/checks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <iterator>
 #include <map>
+#include <utility>
 
 #include "config/device_kinds.h"
 #include "config/devices.h"
@@ -15,7 +17,7 @@
 #include "core/control/controller.h"
 #include "core/control/python_scheme.h"
 #include "core/deposition/offset_change.h"
-#include "drivers/jet/jet_driver.h"
+#include "drivers/jet/jet_config.h"
 
 namespace firn {
 namespace {
@@ -199,10 +201,14 @@ void check_model(Rules& r) {
 // A second size of droplet is a second waveform.
 void check_small(Rules& r) {
   const Experiment& e = r.experiment();
-  const bool python = is_python_driver(e, "jet");
-  const std::string problem =
-      python ? "a driver in Python has one size of droplet" : drivers::small_refusal(e.jet);
-  r.require(problem.empty(), {"actuation.small_share", "jet.small_dwell_v", "jet.kind"}, problem);
+  r.require(e.jet.kind == drivers::JetKind::kJetdrive && !is_python_driver(e, "jet"),
+            {"actuation.small_share", "jet.kind"}, "this jet has one size of droplet; the JetDrive has two");
+  for (const auto& [key, v] : {std::pair("jet.small_dwell_v", e.jet.small_dwell_v),
+                               std::pair("jet.small_echo_v", e.jet.small_echo_v)}) {
+    r.require(v == std::round(v), {key}, "the jet takes whole volts");
+    r.require(std::abs(v) <= e.jet.dialect.max_abs_v, {key, "devices.jet.dialect.max_abs_v"},
+              r.value(key) + " V is beyond the head's " + r.value("devices.jet.dialect.max_abs_v") + " V");
+  }
   r.require(!has_two_jets(e), {"actuation.small_share"},
             "small droplets are of one ink; this experiment prints two");
 }
