@@ -27,7 +27,9 @@ static_assert(std::size(kCopyStates) == kTableSize<CopyState>);
 std::vector<fs::path> runs_of_places(const std::vector<std::string>& places) {
   std::vector<fs::path> found;
   for (const fs::path place : places) {
-    if (!fs::is_directory(place)) throw UsageError(place.string() + ": no such folder: nothing has been printed there yet; --runs names another");
+    if (!fs::is_directory(place))
+      throw UsageError(place.string() +
+                       ": no such folder: nothing has been printed there yet; --runs names another");
     if (runs::is_run(place)) {
       found.push_back(place);
       continue;

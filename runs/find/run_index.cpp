@@ -44,7 +44,9 @@ struct Place {
 };
 
 Place place_of_path(const fs::path& given) {
-  if (!fs::is_directory(given)) throw UsageError(given.string() + ": no such folder: nothing has been printed there yet; --runs names another");
+  if (!fs::is_directory(given))
+    throw UsageError(given.string() +
+                     ": no such folder: nothing has been printed there yet; --runs names another");
   const fs::path canonical = fs::canonical(given);
   if (!is_run(canonical)) return {canonical, given, ""};
   return {canonical.parent_path(), given, canonical.filename().string()};

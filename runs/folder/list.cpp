@@ -50,7 +50,9 @@ RunEntry run_entry(const fs::path& folder) {
 }
 
 std::vector<RunEntry> list_runs(const fs::path& root) {
-  if (!fs::is_directory(root)) throw UsageError(root.string() + ": no such folder: nothing has been printed there yet; --runs names another");
+  if (!fs::is_directory(root))
+    throw UsageError(root.string() +
+                     ": no such folder: nothing has been printed there yet; --runs names another");
   std::vector<RunEntry> runs;
   for (const auto& entry : fs::directory_iterator(root))
     if (is_run(entry.path())) runs.push_back(run_entry(entry.path()));

@@ -137,3 +137,25 @@ TEST_CASE("A value that the order's message cannot carry is refused before the p
     CHECK_THAT(said.err, Contains("is outside"));
   }
 }
+
+TEST_CASE(
+    "firn host --install names what it lacks: hosts in the lab, a host of that name, a computer that "
+    "answers") {
+  const auto install = [](std::vector<std::string> words) {
+    words.insert(words.begin(), {"host", "--install"});
+    return firn_says(words);
+  };
+  const Said none = install({kInkjet});
+  CHECK(none.code == 2);
+  CHECK_THAT(none.err, Contains(kInkjet) && Contains("has no [hosts]"));
+  const std::string lab = (fresh_folder("install") / "lab.toml").string();
+  write_file_text(lab, "include = \"" + kInkjet +
+                           "\"\n[hosts]\nbench = \"nobody-of-firn@127.0.0.1\"\n"
+                           "[devices]\nlamp.host = \"bench\"\n");
+  const Said other = install({lab, "--host", "cellar"});
+  CHECK(other.code == 2);
+  CHECK_THAT(other.err, Contains("[hosts] has no 'cellar'"));
+  const Said silent = install({lab});
+  CHECK(silent.code == 3);
+  CHECK_THAT(silent.err, Contains("host bench (nobody-of-firn@127.0.0.1)"));
+}
