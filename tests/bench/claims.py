@@ -45,7 +45,7 @@ CLAIMS = [
     Claim("one path, 100,000 points", r"(\d+) us and", [BENCH + "certified_bench", "winding", "100000"], WINDING, "less", "us a point, held"),
     Claim("one path, 100,000 points", r"ramps alone|(\d+) us, 1\.2 kB", [BENCH + "certified_bench", "winding", "100000", "ramped"],
           WINDING, "less", "us a point, ramps"),
-    Claim("within a tolerance of 0.05 mm", r"0\.50 s; ([\d.]+) s", [BENCH + "certified_bench", "winding", "10000", "0.05"],
+    Claim("the same within a tolerance of 0.05 mm", r"0\.50 s; ([\d.]+) s", [BENCH + "certified_bench", "winding", "10000", "0.05"],
           r"user ([\d.]+) s", "less", "s, 10,000 points"),
     Claim("by the slow tier", r"^([\d.]+);", [BENCH + "certified_bench", "winding", "1000", "optimal"], r"user ([\d.]+) s", "less",
           "s, 1,000 points"),
