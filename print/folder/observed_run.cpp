@@ -167,19 +167,16 @@ droplet::EstimatorOptions ObservedRun::estimator_options() const {
 std::optional<double> ObservedRun::glance_excitation() const {
   constexpr int kStretches = 8, kLayers = 5;  // layers of a usual print are much alike
   const int last = layers();
-  if (last <= 0) return std::nullopt;
-  const bool whole = last < 2 * kStretches * kLayers;
-  const int stretches = whole ? (last + kLayers - 1) / kLayers : kStretches;
+  if (last < 2 * kStretches * kLayers) return std::nullopt;
   droplet::EstimatorOptions o = estimator_options();
   o.window_layers = std::max(o.window_layers, kLayers);
   droplet::Symmetric3 information;
-  for (int n = 0; n < stretches; ++n) {
-    // the map before the stretch is its ground
-    const int first = whole ? n * kLayers : (last - kLayers) * n / (kStretches - 1);
+  for (int n = 0; n < kStretches; ++n) {
+    const int first = (last - kLayers) * n / (kStretches - 1);  // the map before the stretch is its ground
     droplet::DropletEstimator estimator(experiment_.grid, o);
     estimator.set_substrate(height_of(maps_.at(first)), use_of({}, maps_.at(first)),
                             noise_of(maps_.at(first)));
-    for (int k = first + 1; k <= std::min(last, first + kLayers); ++k)
+    for (int k = first + 1; k <= first + kLayers; ++k)
       estimator.keep_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
                            noise_of(maps_.at(k)));
     information += estimator.look().information;

@@ -56,8 +56,8 @@ class ObservedRun {
   /// each from the maps and droplets before it.
   /// @throws std::invalid_argument: no map of the bare ground, no layer.
   Learned learn() const;
-  /// Returns the excitation that a fit would find, about prior(), without the fit: of a long record from
-  /// eight stretches of layers spread over it. Nothing for a record without layers.
+  /// Returns the excitation that a fit would find, about prior(), from eight stretches of layers spread over
+  /// the record. Nothing for a record of so few layers that they would be most of it.
   std::optional<double> glance_excitation() const;
 
  private:

@@ -24,19 +24,15 @@ std::string shown(const Known& k) {
                      unit.name);
 }
 
-/// @param layer_height unknown (0) where no cell of the layers has it
 std::string alike(double excitation, const Known& layer_height) {
-  const std::string known = layer_height.mean_mm != 0.0
-                                ? "they tell h1 + 4 h2 + 4 h3 = " + shown(layer_height) + ", but not "
-                                : "they do not tell ";
   return fmt::format(
-      "no excitation: its layers are too much alike (excitation {:.4f}, {} is needed): {}h1, h2 and h3 "
-      "apart; "
-      "print experiments/identification.toml or experiments/excitation.toml",
-      excitation, kMinExcitation, known);
+      "no excitation: its layers are too much alike (excitation {:.4f}, {} is needed): they tell h1 + 4 h2 + "
+      "4 h3 = {}, "
+      "but not h1, h2 and h3 apart; print experiments/identification.toml or experiments/excitation.toml",
+      excitation, kMinExcitation, shown(layer_height));
 }
 
-// Empty, or what is ruled out before anything is fitted: by the droplets alone, or by a look at the layers.
+// Empty, or what is ruled out before anything is fitted: by the droplets alone, or by a look at some layers.
 std::string ruled_out(const ObservedRun& run, const Identification& id,
                       const std::vector<droplet::PrintedLayer>& printed, Known& layer_height) {
   if (id.droplets == 0) return "no excitation: no droplet was fired";
@@ -53,7 +49,8 @@ std::string ruled_out(const ObservedRun& run, const Identification& id,
     excitation = *glance;
   }
   const droplet::Repeats even = droplet::layer_height_of_even_cells(printed);
-  if (even.n >= 2) layer_height = {even.mean_mm, even.half_width_mm};
+  if (even.n < 2) return "";
+  layer_height = {even.mean_mm, even.half_width_mm};
   return alike(excitation, layer_height);
 }
 

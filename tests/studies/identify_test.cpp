@@ -189,7 +189,8 @@ TEST_CASE("A run of full layers is refused with what it does tell") {
   CHECK(id.layer_height.mean_mm == Approx(1.1 * 0.0076).epsilon(0.03));
 }
 
-TEST_CASE("A run of layers that are much alike is refused before anything is fitted, however long it is") {
+TEST_CASE(
+    "A long run of layers that are much alike is refused before anything is fitted, a short one after it") {
   const std::vector<std::string> usual = {
       "control.scheme=smf", "part.width_mm=3",        "part.depth_mm=3",        "grid.nx=14",
       "grid.ny=14",         "control.max_layers=400", "process.nozzle_gap_mm=2"};
@@ -204,8 +205,7 @@ TEST_CASE("A run of layers that are much alike is refused before anything is fit
   CHECK(tall.fit.evaluations == 0);
   CHECK(tall.layer_height.mean_mm == Approx(0.0076).epsilon(0.1));
   const Identification low = of_height("0.2");
-  CHECK(low.layers < 80);
-  CHECK(low.fit.evaluations == 0);
+  CHECK(low.fit.evaluations > 0);
   CHECK_THAT(low.uninformative, Catch::Contains("too much alike"));
 }
 
