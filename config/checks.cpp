@@ -207,7 +207,7 @@ void check_small(Rules& r) {
                                std::pair("jet.small_echo_v", e.jet.small_echo_v)}) {
     r.require(v == std::round(v), {key}, "the jet takes whole volts");
     r.require(std::abs(v) <= e.jet.dialect.max_abs_v, {key, "devices.jet.dialect.max_abs_v"},
-              r.value(key) + " V is beyond the head's " + r.value("devices.jet.dialect.max_abs_v") + " V");
+              r.value(key) + " is beyond the head's " + r.value("devices.jet.dialect.max_abs_v"));
   }
   r.require(!has_two_jets(e), {"actuation.small_share"},
             "small droplets are of one ink; this experiment prints two");

@@ -118,7 +118,7 @@ void PortTunnel::write(Cable& c) {
     const ssize_t put =
         ::send(c.fd, c.waiting.data() + gone, c.waiting.size() - gone, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (put < 0 && errno == EINTR) continue;
-    if (put < 0 && errno != EAGAIN) {  // what it said before is still to be read, and then its end
+    if (put < 0 && errno != EAGAIN) {  // its last words are still to be read, and then its end
       gone = c.waiting.size();
       break;
     }

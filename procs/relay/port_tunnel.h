@@ -29,7 +29,7 @@ class PortTunnel {
   void add_to(std::vector<pollfd>& fds) const;
   /// Takes connections and bytes of this computer. Never waits.
   void service();
-  /// Takes a kPort frame of the other end. Copies that came by other lanes, and what belongs to no port here,
+  /// Takes a kPort frame of the other end. Copies that came by other lanes, and bytes of no port here,
   /// are passed over.
   void take(const Frame& frame);
 

@@ -14,9 +14,8 @@ namespace firn {
 /// Tests three hypotheses after each layer. None rests on how far the model says that a droplet spreads: ink
 /// is conserved, and wet ink flows.
 ///   drops without rise: the cells with droplets of one ink rose by less than process.least_rise_share of
-///   what
-///     the model expects, and by less than that share of the same volume spread evenly over kNear_cells
-///     around each droplet; nor did the ink lie within kWide_cells, so far as the maps can tell.
+///     the rise that the model expects, and by less than that share of the same volume spread evenly over
+///     kNear_cells around each droplet; nor did the ink lie within kWide_cells, so far as the maps can tell.
 ///   rise without drops: the cells rose by more than process.most_rise_share times the expected rise, and so
 ///     did the sum over all cells within kNear_cells. Or the cells without a droplet within kNear_cells rose
 ///     by more than least_rise_share of a layer, and the whole map rose by more than the droplets can have

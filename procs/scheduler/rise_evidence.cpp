@@ -38,7 +38,7 @@ Ground ground_of(const HeightMap& before, int i, int j, double wall_mm) {
 /// Returns the share of the expected rise that a cell with droplets shows at least: 1 on level ground. Ink
 /// runs off the part where the ground beside a cell is two layers lower: there a droplet that is alone may
 /// add nothing, and droplets of a full layer hold each other. Beyond the map's border is the bare table:
-/// where the cell stands two layers above it, what lands near the border may leave the map, but for droplets
+/// where the cell stands two layers above it, ink near the border may leave the map, but for droplets
 /// that are held all round.
 double held_share(const HeightMap& before, const DropletPattern& drops, int i, int j, double fall_mm) {
   const GridSpec& g = before.spec;

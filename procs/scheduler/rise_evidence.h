@@ -1,5 +1,5 @@
-// RiseEvidence holds what a layer's two maps say about the ink that was fired between them: sums over cells
-// of the measured and the expected rise, with the variance that the maps themselves show.
+// RiseEvidence holds the evidence of a layer's two maps about the ink that was fired between them: sums over
+// cells of the measured and the expected rise, with the variance that the maps themselves show.
 #pragma once
 
 #include <array>
@@ -32,16 +32,16 @@ struct RiseSum {
 /// droplets, h2 and h3 of its neighbours' (g1, g2, g3 of ink B), of droplets beside the centres that of their
 /// kernels.
 ///
-/// v = sigma_1^2 + sigma_2^2 + (kScatter e)^2: noise of the two maps and what single droplets add more or
-/// less. Beside a wall two scans differ by more than their noise, as they meet it at slightly different
-/// places of a cell: by up to 20 um of 400. So v is multiplied by the variance of (x - e) / sqrt(v) over the
-/// layer's cells where that is above 1 [Birge, Phys. Rev. 40, 1932]: apart for level ground, tops and feet of
-/// walls, and about the mean of cells with droplets, near them and far from them.
+/// v = sigma_1^2 + sigma_2^2 + (kScatter e)^2: noise of the two maps, and droplets that add more or less
+/// than the mean. Beside a wall two scans differ by more than their noise, as they meet it at slightly
+/// different places of a cell: by up to 20 um of 400. So v is multiplied by the variance of (x - e) / sqrt(v)
+/// over the layer's cells where that is above 1 [Birge, Phys. Rev. 40, 1932]: apart for level ground, tops
+/// and feet of walls, and about the mean of cells with droplets, near them and far from them.
 ///
 /// A profile has errors that its cells share, along all of a row or a stretch of it. Sums over cells show
 /// them, where the noise of single cells does not. Their variance is that of the rows' and stretches' means
-/// over the whole map beyond what cells explain [DerSimonian and Laird, Controlled Clinical Trials 7 (1986)
-/// 177], and counts in each sum with the square of what the sum has of a row.
+/// over the whole map beyond that of the cells [DerSimonian and Laird, Controlled Clinical Trials 7 (1986)
+/// 177], and counts in each sum with the square of its share of a row.
 struct RiseEvidence {
   static constexpr double kScatter = 0.3;    ///< standard deviation of a cell's rise, of the expected one
   static constexpr double kEdgeShare = 0.3;  ///< of the expected rise that counts beside an edge

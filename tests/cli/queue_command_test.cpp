@@ -1,4 +1,4 @@
-// firn queue: prints that wait for a lab, and what becomes of one that stops, is refused or was changed.
+// firn queue: prints that wait for a lab, and the fate of one that stops, is refused or was changed.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// Droplets of two sizes through the nodes, killed and resumed: replay, audit and what the jet did.
+// Droplets of two sizes through the nodes, killed and resumed: replay, audit and the record of the jet.
 #include <catch2/catch.hpp>
 
 #include "firn/enums.h"

@@ -116,7 +116,8 @@ TEST_CASE("Places inside cells are refused by name where the model or an estimat
   const std::string small = "actuation = {offsets = \"x\", small_share = 0.5}\n";
   CHECK(says("actuation.small_share = 0.5", "actuation.offsets = \"x\" or \"grid\""));
   CHECK(says(small + "jet.kind = \"microdrop\"", "one size of droplet"));
-  CHECK(says(small + "jet.small_dwell_v = 99\ndevices.jet.dialect.max_abs_v = 30", "99 V is beyond"));
+  CHECK(says(small + "jet.small_dwell_v = 99\ndevices.jet.dialect.max_abs_v = 30",
+             "99.0 V is beyond the head's 30 V"));
   CHECK(rule_broken_by(small) == "no error");
   CHECK(says("actuation = {offsets = \"x\", positions_x = 2, heights_mm = [0.1, 0.2]}",
              "has 2 heights; 2 places beside the centre need 50"));

@@ -30,7 +30,7 @@ void check_part(const Experiment& e, const Blobs& inputs) {
   if (prints_paths(e))
     CHECK(slice::decode_print_paths(blob(inputs, "paths").bytes).layers.size() >= 10);
   else
-    CHECK(mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask").count() > 100);
+    CHECK(mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask").count() >= 40);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The command line of a process: each value reaches its own place, and what is wrong is named.
+// The command line of a process: each value reaches its own place, and mistakes are named.
 #include "core/options/arguments.h"
 
 #include <catch2/catch.hpp>
