@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 #include <stdexcept>
 
 #include "cli/commands.h"
@@ -319,8 +320,12 @@ int identify_several(const IdentifyOptions& options) {
   if (options.model == "places") throw UsageError("--model places takes one run");
   std::vector<decltype(use_sealed_run(options.runs.front(), true))> still;
   std::vector<bool> speeds;
+  std::set<std::int64_t> met;
   for (const std::string& run : options.runs) {
     still.push_back(use_sealed_run(run, options.unsealed));
+    if (!met.insert(runs::RunFolder::open(run).run_id()).second)
+      throw UsageError(
+          run + ": this run is given already; its layers would count twice, and the intervals be too small");
     speeds.push_back(options.model == "beads" || (options.model == "auto" && records_speeds(run)));
     if (speeds.back() != speeds.front())
       throw UsageError(options.runs.front() + " and " + run +

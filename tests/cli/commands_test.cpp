@@ -489,11 +489,11 @@ TEST_CASE(
   CHECK_FALSE(std::filesystem::exists(out));
 }
 
-TEST_CASE("firn identify names which of several runs tells too little, and needs squares for a spacing") {
+TEST_CASE("firn identify takes a run once, and needs squares for a spacing") {
   const std::string run = golden("v1-mpc").string();
   const Said two = firn_says({"identify", run, run});
-  CHECK(two.code == 1);
-  CHECK_THAT(two.err, Contains(run) && Contains("no excitation"));
+  CHECK(two.code == 2);
+  CHECK_THAT(two.err, Contains(run + ": this run is given already"));
   const Said spacing = firn_says({"identify", "--spacing", run, run, run});
   CHECK(spacing.code == 2);
   CHECK_THAT(spacing.err, Contains(run));
