@@ -15,8 +15,8 @@ struct PooledConstant {
   bool length = false;  ///< in mm; else a number
   double value = 0.0;   ///< of all runs
   double half_width = 0.0;
-  std::vector<double> without;               ///< without each run
-  std::vector<std::string> runs_without_it;  ///< they do not tell it: at its bound, at its prior
+  std::vector<double> without = {};               ///< without each run
+  std::vector<std::string> runs_without_it = {};  ///< they do not tell it: at its bound, at its prior
 };
 
 /// Runs are independent of each other. Layers of a run are not, so that an interval from one run is of its
