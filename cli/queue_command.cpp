@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,12 +61,6 @@ std::string print_words(const QueuedPrint& p) {
   return text;
 }
 
-std::string standing(const QueuedPrint& p) {
-  if (p.began_utc.empty()) return "waits";
-  if (p.run.empty()) return "began " + p.began_utc;
-  return "stopped: " + p.why;
-}
-
 int list_queue(const QueueOptions& o) {
   const fs::path file = queue_file(o.runs);
   const PrintQueue queue = read_queue(file);
@@ -78,9 +73,7 @@ int list_queue(const QueueOptions& o) {
                         {"meta", p.meta},
                         {"by", p.by},
                         {"added_utc", p.added_utc},
-                        {"state", p.began_utc.empty() ? "waits"
-                                  : p.run.empty()     ? "began"
-                                                      : "stopped"},
+                        {"state", p.state()},
                         {"run", p.run},
                         {"why", p.why}});
     const nlohmann::ordered_json j{
@@ -89,11 +82,21 @@ int list_queue(const QueueOptions& o) {
     return kOk;
   }
   for (const QueuedPrint& p : queue.prints)
-    fmt::print("{:>4}  {}  ({}, added by {})\n", p.id, print_words(p), standing(p), p.by);
+    fmt::print("{:>4}  {}  ({}{}, added by {})\n", p.id, print_words(p), p.state(),
+               p.why.empty() ? p.why : ": " + p.why, p.by);
   if (queue.prints.empty()) fmt::print("{}: no print waits\n", file.string());
   if (!queue.cleared_by.empty())
     fmt::print("the bed is clear, says {} ({})\n", queue.cleared_by, queue.cleared_utc);
   return kOk;
+}
+
+/// Changes the queue under its lock. @param change returns true if there is something to save
+/// @returns the same
+bool change_queue(const QueueOptions& o, const std::function<bool(PrintQueue&)>& change) {
+  QueueChange held(queue_file(o.runs));
+  if (!change(held.queue)) return false;
+  held.save();
+  return true;
 }
 
 int add_to_queue(const Product& product, const QueueOptions& o) {
@@ -113,36 +116,29 @@ int add_to_queue(const Product& product, const QueueOptions& o) {
   p.bus = o.print.bus;
   p.tolerance_um = o.print.tolerance_um;
   p.by = person(o);
-  QueueChange change(queue_file(o.runs));
-  const std::int64_t id = change.queue.add(p, o.first);
-  change.save();
+  std::int64_t id = 0;
+  change_queue(o, [&](PrintQueue& q) { return (id = q.add(p, o.first)) > 0; });
   if (o.json) return list_queue(o);
   fmt::print("{}: {}\n", id, print_words(p));
   return kOk;
 }
 
 int remove_from_queue(const QueueOptions& o) {
-  QueueChange change(queue_file(o.runs));
-  if (!change.queue.remove(o.id))
+  if (!change_queue(o, [&](PrintQueue& q) { return q.remove(o.id); }))
     throw UsageError(
         fmt::format("{}: has no print {}; firn queue list shows them", queue_file(o.runs).string(), o.id));
-  change.save();
   return o.json ? list_queue(o) : kOk;
 }
 
 int say_clear(const QueueOptions& o) {
-  QueueChange change(queue_file(o.runs));
-  change.queue.clear(person(o));
-  change.save();
+  const std::string by = person(o);
+  change_queue(o, [&](PrintQueue& q) {
+    q.clear(by);
+    return true;
+  });
   if (o.json) return list_queue(o);
-  fmt::print("the bed is clear, says {}: the next print may begin\n", change.queue.cleared_by);
+  fmt::print("the bed is clear, says {}: the next print may begin\n", by);
   return kOk;
-}
-
-void change_queue(const QueueOptions& o, const std::function<void(PrintQueue&)>& by) {
-  QueueChange change(queue_file(o.runs));
-  by(change.queue);
-  change.save();
 }
 
 // A print that was stopped goes on by a person's hand, and leaves the queue when it has ended.
@@ -152,7 +148,7 @@ void drop_finished(const QueueOptions& o) {
     return;
   const auto result = runs::RunFolder::open(queue.prints.front().run).result();
   if (!result || runs::can_go_on(*result)) return;
-  change_queue(o, [&](PrintQueue& q) { q.remove(queue.prints.front().id); });
+  change_queue(o, [&](PrintQueue& q) { return q.remove(queue.prints.front().id); });
 }
 
 /// Returns who says that the bed is clear; empty: Ctrl-C, or the answer was no.
@@ -174,7 +170,7 @@ std::string bed_is_clear(const QueueOptions& o, const QueuedPrint& next) {
   return "";
 }
 
-int refuse_unfinished(const QueuedPrint& p) {
+[[noreturn]] void refuse_unfinished(const QueuedPrint& p) {
   if (p.run.empty())
     throw UsageError(
         fmt::format("{}: {} began at {}, and this program ended before it did: see firn runs; firn queue "
@@ -187,7 +183,8 @@ int refuse_unfinished(const QueuedPrint& p) {
                   p.id, print_words(p), p.why, p.run, p.id));
 }
 
-// Where one is new, a print has begun: droplets may lie on the bed.
+/// Returns the run folders that are not known. A new one tells that a print has begun: droplets may lie on
+/// the bed.
 std::vector<fs::path> folders_beside(const fs::path& runs, const std::vector<fs::path>& known) {
   std::vector<fs::path> others;
   std::error_code none;
@@ -196,8 +193,10 @@ std::vector<fs::path> folders_beside(const fs::path& runs, const std::vector<fs:
   return others;
 }
 
-int print_next(const Product& product, const QueueOptions& o, const QueuedPrint& next) {
-  if (!next.began_utc.empty()) return refuse_unfinished(next);
+/// Returns the exit code of the print; nothing where it was taken off, or another put before it, while its
+/// bed was waited for.
+std::optional<int> print_next(const Product& product, const QueueOptions& o, const QueuedPrint& next) {
+  if (!next.began_utc.empty()) refuse_unfinished(next);
   if (experiment_digest(next.experiment) != next.digest)
     throw UsageError(
         fmt::format("{}: {} is not as it was when it was queued; firn queue remove {}, and add it again",
@@ -215,7 +214,7 @@ int print_next(const Product& product, const QueueOptions& o, const QueuedPrint&
   print.runs = o.runs;
   print.json = o.json;
   const std::vector<fs::path> before = folders_beside(o.runs, {});
-  change_queue(o, [&](PrintQueue& q) { q.begin(next.id); });
+  if (!change_queue(o, [&](PrintQueue& q) { return q.begin(next.id); })) return std::nullopt;
   PrintEnd end;
   try {
     end = carry_out(product, print);
@@ -223,6 +222,7 @@ int print_next(const Product& product, const QueueOptions& o, const QueuedPrint&
     const std::vector<fs::path> begun = folders_beside(o.runs, before);
     change_queue(o, [&](PrintQueue& q) {
       begun.empty() ? q.put_back(next.id, by) : q.end(next.id, begun.front().string(), e.what());
+      return true;
     });
     throw;
   }
@@ -231,7 +231,10 @@ int print_next(const Product& product, const QueueOptions& o, const QueuedPrint&
     const auto result = runs::RunFolder::open(end.run).result();
     why = result ? for_people(result->reason) : "it did not end";
   }
-  change_queue(o, [&](PrintQueue& q) { q.end(next.id, end.run, why); });
+  change_queue(o, [&](PrintQueue& q) {
+    q.end(next.id, end.run, why);
+    return true;
+  });
   return end.code;
 }
 
@@ -244,9 +247,10 @@ int start_queue(const Product& product, const QueueOptions& o) {
       fmt::print(stderr, "{}: no print waits\n", queue_file(o.runs).string());
       return worst;
     }
-    const int code = print_next(product, o, queue.prints.front());
-    if (code != kOk && code != kOutOfTolerance) return code;
-    worst = std::max(worst, code);
+    const std::optional<int> code = print_next(product, o, queue.prints.front());
+    if (!code) continue;
+    if (*code != kOk && *code != kOutOfTolerance) return *code;
+    worst = std::max(worst, *code);
   }
 }
 

@@ -101,10 +101,12 @@ void PrintQueue::clear(const std::string& by) {
   cleared_utc = utc_now();
 }
 
-void PrintQueue::begin(std::int64_t id) {
+bool PrintQueue::begin(std::int64_t id) {
+  if (prints.empty() || prints.front().id != id) return false;
   cleared_by.clear();
   cleared_utc.clear();
-  if (QueuedPrint* const p = find(id)) p->began_utc = utc_now();
+  prints.front().began_utc = utc_now();
+  return true;
 }
 
 void PrintQueue::put_back(std::int64_t id, const std::string& by) {

@@ -9,8 +9,11 @@
 
 namespace firn {
 
-/// A print as `firn print` would be called, and what became of it.
+/// A print as `firn print` would be called, and how far it has come.
 struct QueuedPrint {
+  /// Returns "waits", "began" or "stopped".
+  const char* state() const { return began_utc.empty() ? "waits" : run.empty() ? "began" : "stopped"; }
+
   std::int64_t id = 0;
   std::string experiment;  ///< full path of the file
   std::string digest;      ///< SHA-256 of the file and its includes when it was added
@@ -32,7 +35,8 @@ class PrintQueue {
   /// The bed is clear, says a person.
   void clear(const std::string& by);
   /// A print begins. The word is good for one print, and spent before that: a computer that dies asks again.
-  void begin(std::int64_t id);
+  /// @returns false, and changes nothing: the print is not the next one any more
+  bool begin(std::int64_t id);
   /// The print was refused before it began: it waits again, and the bed is as clear as it was.
   void put_back(std::int64_t id, const std::string& cleared_by);
   /// The print has ended, and leaves the queue; or it was stopped, and stays. @param why empty: ended

@@ -203,16 +203,6 @@ void add_edge_bound(const Experiment& e, const Blobs& inputs, double mean_abs_mm
                          mean_abs_mm);
 }
 
-}  // namespace
-
-double tolerance_of_part_um(const Experiment& experiment) {
-  Experiment e = experiment;
-  e.control.open_loop.layers = 0;
-  return print_lab(full_product(), e).tolerance_um(e);
-}
-
-namespace {
-
 StudyPrint print_once(const Experiment& e, const Blobs& inputs, bool edge_bound) {
   const bool paths = prints_paths(e), lines = prints_lines(e);
   StudyPrint p;
@@ -283,6 +273,12 @@ const StudyLab& aerosol_study_lab() {
                             [](const Experiment& e) { check_print(e, "in-process"); },
                             &print_once};
   return lab;
+}
+
+double tolerance_of_part_um(const Experiment& experiment) {
+  Experiment e = experiment;
+  e.control.open_loop.layers = 0;
+  return print_lab(full_product(), e).tolerance_um(e);
 }
 
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder) {

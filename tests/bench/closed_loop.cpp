@@ -185,7 +185,7 @@ void tell_each(std::uint64_t seed, const Json& r) {
   fmt::print("\n");
 }
 
-// Of one scheme in one lab over the seeds.
+/// Sums of one scheme in one lab over the seeds.
 struct Total {
   std::vector<double> rms_um;  ///< NaN of a print that failed
   double worst_mean_um = 0.0, worst_um = 0.0, layers = 0.0, decide_cpu_s = 0.0, cpu_s = 0.0;

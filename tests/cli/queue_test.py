@@ -91,6 +91,18 @@ class Queue(unittest.TestCase):
         self.assertIn("began at", self.firn("start", code=2).stderr)
         self.assertEqual(len(self.folders()), 1)
 
+    def test_a_print_that_is_taken_off_while_its_bed_is_waited_for_is_not_printed(self):
+        self.add("--meta", "sample=first")
+        self.add("--meta", "sample=second")
+        work = self.start()
+        self.until(lambda: self.catches(work.pid, signal.SIGINT), "it waits for the word")
+        self.firn("remove", 1)
+        self.firn("clear")
+        self.until(lambda: not self.ids(), "the second one ends")
+        work.communicate(timeout=WITHIN_S)
+        self.assertEqual(work.returncode, 0)
+        self.assertEqual([json.loads((run / "provenance.json").read_text())["meta"]["sample"] for run in self.folders()], ["second"])
+
     def test_a_second_start_is_refused_while_the_first_waits_and_ctrl_c_ends_the_first(self):
         self.add()
         work = self.start()

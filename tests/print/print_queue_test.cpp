@@ -60,7 +60,7 @@ TEST_CASE("A queue keeps the order in which prints were added, through any chang
       if (id == begun) begun = 0;
     } else if (what == 3 && begun == 0 && !expected.empty()) {
       begun = expected.front();
-      q.begin(begun);
+      CHECK(q.begin(begun));
     } else if (what == 4 && begun != 0) {
       q.end(begun, "runs/r", "");
       std::erase(expected, begun);
@@ -105,6 +105,19 @@ TEST_CASE("The word that the bed is clear is good for one print, and comes back 
   q.put_back(1, "Ada");
   CHECK(q.cleared_by == "Ada");
   CHECK(q.prints[0].began_utc.empty());
+}
+
+TEST_CASE("A print that is not the next one any more does not begin, and the bed stays clear") {
+  PrintQueue q;
+  q.add(queued("x"), false);
+  q.add(queued("y"), false);
+  q.clear("Ada");
+  CHECK_FALSE(q.begin(2));
+  q.remove(1);
+  CHECK_FALSE(q.begin(1));
+  CHECK(q.cleared_by == "Ada");
+  CHECK(q.prints[0].began_utc.empty());
+  CHECK(q.begin(2));
 }
 
 TEST_CASE("A queue has a largest number of prints, which is named") {

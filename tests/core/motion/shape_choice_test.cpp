@@ -1,4 +1,4 @@
-// Of several curves the fastest one is chosen, and no more of the others is planned than may be faster.
+// The choice of the fastest of several curves, which plans no more of the others than may be faster.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
