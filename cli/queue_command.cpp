@@ -26,6 +26,7 @@
 #include "print/operator/print_queue.h"
 #include "print/process/bus_port.h"
 #include "runs/folder/documents.h"
+#include "runs/folder/notes.h"
 #include "runs/folder/run_folder.h"
 
 namespace firn {
@@ -49,9 +50,8 @@ constexpr int kLook_ms = 200;  // for the word of another terminal, and for Ctrl
 
 std::string person(const QueueOptions& o) {
   if (!o.by.empty()) return o.by;
-  if (const std::string name = read_user_config().name; !name.empty()) return name;
-  const char* const login = ::getlogin();
-  return login ? login : "somebody";
+  const std::string name = read_user_config().name;
+  return name.empty() ? runs::user_name() : name;
 }
 
 std::string print_words(const QueuedPrint& p) {
